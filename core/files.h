@@ -1,0 +1,27 @@
+// Whole files, read and written so that no half-written one is left under its final name.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace diorama {
+
+// Throws MissingInputError.
+std::string readFile(const std::filesystem::path& file);
+
+// Writes beside the target and renames; throws OutputError (disk full, no permission) and leaves
+// nothing.
+void writeFileAtomically(const std::filesystem::path& file, std::string_view content);
+
+// Creates a folder and its parents; throws OutputError.
+void createFolder(const std::filesystem::path& folder);
+
+// The folder with models/ and scenes/ of this installation: DIORAMA_DATA, else beside the program,
+// else the source tree.
+std::filesystem::path dataFolder();
+
+// Where expensive results are kept between runs: DIORAMA_CACHE, else the user's cache folder.
+std::filesystem::path cacheFolder();
+
+}  // namespace diorama

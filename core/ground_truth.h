@@ -1,0 +1,41 @@
+// What is true about one frame. Estimators never see it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+#include "core/se3.h"
+
+namespace diorama {
+
+struct ObjectTruth {
+  std::string name;
+  SE3 T_world_object;
+  // Pixels of the object's whole silhouette, also beyond the image border; those inside the image;
+  // those that are seen. -1 = not known.
+  int px_all = -1;
+  int px_valid = -1;
+  int px_visible = -1;
+  Image<uint8_t> mask;  // amodal silhouette inside the image, 0 or 255; may be empty
+
+  // Seen over all pixels of the silhouette (BOP's visib_fract); nothing when not known.
+  std::optional<double> visibleFraction() const {
+    if (px_all < 0) return std::nullopt;
+    return px_all == 0 ? 0.0 : static_cast<double>(px_visible) / px_all;
+  }
+};
+
+struct GroundTruth {
+  int64_t timestamp_ns = 0;
+  SE3 T_world_camera;                // mid-exposure
+  std::vector<ObjectTruth> objects;  // tracked objects, in the order of the scene
+  // At exact pixel centres, from the same rays as the picture; may be empty (a sequence without
+  // them).
+  Image<float> depth_m;         // Z in the camera frame; 0 = nothing hit
+  Image<uint16_t> instance_id;  // 0 = background; ids as in instances.csv
+};
+
+}  // namespace diorama

@@ -1,0 +1,21 @@
+#include "core/mesh.h"
+
+#include "core/errors.h"
+
+namespace diorama {
+
+Vector3f Mesh::minCorner() const {
+  DIORAMA_CHECK(!positions.empty());
+  Vector3f corner = positions.front();
+  for (const Vector3f& p : positions) corner = corner.cwiseMin(p);
+  return corner;
+}
+
+Vector3f Mesh::maxCorner() const {
+  DIORAMA_CHECK(!positions.empty());
+  Vector3f corner = positions.front();
+  for (const Vector3f& p : positions) corner = corner.cwiseMax(p);
+  return corner;
+}
+
+}  // namespace diorama

@@ -1,0 +1,96 @@
+// A scene as its YAML file describes it, with every file name resolved and every pose known.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/object_model.h"
+#include "core/options.h"
+#include "sim/camera_path.h"
+
+namespace diorama {
+
+// A rectangle that emits towards half_u x half_v.
+struct AreaLight {
+  Vector3d center = Vector3d::Zero();  // m, world
+  Vector3d half_u = Vector3d::UnitX();
+  Vector3d half_v = Vector3d::UnitY();
+  Vector3d radiance = Vector3d::Ones();
+};
+
+struct SceneObject {
+  std::string name;
+  std::filesystem::path mesh;  // the file that is imported
+  double scale = 1;            // metres per unit of the file
+  bool y_up = false;           // the file's y axis points up
+  SE3 T_world_object;
+  bool tracked = false;  // known to the estimators
+  Symmetries symmetries;
+};
+
+// What the sensor adds to the light that arrives (scene key `effects`).
+struct EffectsOptions {
+  bool noise = true;
+  double full_well_e = 9000;  // electrons at white: shot noise has their square root
+  double read_noise_e = 12;   // electrons, standard deviation
+  bool blur = true;           // integrate over the exposure time
+  double vignette = 0.15;     // loss of light in the corner, fraction
+  template <class V>
+  void visit(V& v) {
+    v("noise", noise);
+    v("full_well_e", full_well_e, kPositive);
+    v("read_noise_e", read_noise_e, kNotNegative);
+    v("blur", blur);
+    v("vignette", vignette, kFraction);
+  }
+};
+
+// A wheel-and-inertia-like odometry sensor that drifts (scene key `odometry`).
+struct SimulatedOdometryOptions {
+  double drift_m_per_m = 0.02;  // standard deviation of the translation error over a metre of path
+  double drift_rad_per_rad = 0.02;  // of the rotation error over a radian of rotation
+  double drift_rad_per_m = 0.01;    // of the rotation error over a metre of path
+  double bias_m_per_m = 0.005;      // constant relative error of the length
+  double bias_rad_s = 0.0005;       // constant turn rate error
+  double noise_m = 0.0002;          // white, per frame
+  double noise_rad = 0.0002;
+  template <class V>
+  void visit(V& v) {
+    v("drift_m_per_m", drift_m_per_m, kNotNegative);
+    v("drift_rad_per_rad", drift_rad_per_rad, kNotNegative);
+    v("drift_rad_per_m", drift_rad_per_m, kNotNegative);
+    v("bias_m_per_m", bias_m_per_m, Range{-1, 1});
+    v("bias_rad_s", bias_rad_s, Range{-10, 10});
+    v("noise_m", noise_m, kNotNegative);
+    v("noise_rad", noise_rad, kNotNegative);
+  }
+};
+
+struct Scene {
+  std::string name;  // of the file, without extension
+  uint64_t seed = 1;
+  CameraParameters camera;
+  double rate_hz = 30;
+  double exposure_s = 0.008;
+  std::shared_ptr<const CameraPath> path;
+  double duration_s = 10;
+  std::vector<SceneObject> objects;        // the environment's mesh is not among them
+  std::filesystem::path environment_mesh;  // empty: none
+  std::vector<AreaLight> lights;           // the environment's and the scene's own
+  double ambient = 0;                      // radiance of the sky, in all directions
+  EffectsOptions effects;
+  SimulatedOdometryOptions odometry;
+
+  int frameCount() const;
+  // Mid-exposure time of a frame, a whole number of microseconds.
+  int64_t timestampNs(int frame) const;
+  SE3 T_world_camera(int frame) const;
+};
+
+// Throws MissingInputError or InputError with file:line:column.
+Scene loadScene(const std::filesystem::path& file, const std::vector<YamlOverride>& overrides = {});
+
+}  // namespace diorama
