@@ -1,0 +1,1 @@
+"""Generator of the CAD models, textures and environment in this folder."""
