@@ -1,0 +1,105 @@
+// Options of the edge-based object tracker. Defaults are the outcome of ablations on a synthetic
+// sequence with exact truth and on real video; where a paper gives a value, it is named.
+#pragma once
+
+#include "core/options.h"
+
+namespace diorama {
+
+struct TrackerOptions {
+  // Model edges. An edge between two faces is sharp when |n1 . n2| is at most this (a dihedral
+  // between 25.8 and 154.2 degrees, Choi and Christensen 2012).
+  double sharp_edge_cosine = 0.9;
+  // Smooth edges between faces flatter than this cannot be told from a plane and are dropped.
+  double flat_edge_cosine = 0.99999;
+  double weld_tolerance = 1e-4;    // vertices nearer than this, in model diameters, are one
+  int samples_per_diameter = 128;  // spacing of the points on edges that can remember contrast
+
+  // Measurement along the normals of projected edges.
+  double sample_step_px = 8;  // distance of samples along a projected edge
+  int max_samples = 200;      // more bring time but no accuracy
+  int min_samples = 16;       // fewer are no measurement
+  int start_search_px = 16;   // range of the first round from a given pose
+  int wide_search_px = 8;     // ranges of the rounds in every frame
+  int narrow_search_px = 3;
+  double min_contrast = 12;        // grey levels across an edge
+  double contrast_tolerance = 20;  // grey levels; neither side like the remembered one: a doubt ...
+  double contrast_penalty_px = 3;  // ... that counts like this distance, since contrast can flip
+
+  // Robust Gauss-Newton.
+  int solver_iterations = 3;       // per round of search
+  double tukey_constant = 4.6851;  // 95% efficiency under normal errors
+  double wide_sigma_px = 0.5;      // smallest robust scale of edges, wide rounds
+  double narrow_sigma_px = 0.13;   // ... and in the last round
+  double texture_sigma_px = 0.1;   // smallest robust scale of texture patches
+  double damping = 1e-4;           // of each normal equation, relative
+
+  // Direct alignment of the last good frame's pixels, pyramid levels 3 and 2.
+  int direct_points = 300;
+  int direct_iterations = 12;  // per level
+  double direct_vote_px = 6;   // a larger step must have the edges' agreement
+
+  // Texture patches of a keyframe.
+  int texture_patches = 40;
+  double patch_correlation = 0.8;      // smallest normalised correlation of an aligned patch
+  double keyframe_agreement = 0.5;     // a new keyframe when fewer patches agree,
+  double keyframe_view_cosine = 0.94;  // when the view turned by 20 degrees
+  double keyframe_scale = 1.3;         // or when the distance changed by this factor
+
+  // Health. Between `lost` and `claim` the pose is kept but neither claimed nor remembered.
+  double inlier_px = 1.5;
+  double claim_health = 0.5;  // the paper calls a track good at this ratio of valid samples
+  double lost_health = 0.3;
+  double claim_sigma_m = 0.015;  // a pose that is less certain is not claimed
+  double claim_sigma_rad = 0.03;
+  double covariance_inflation = 4;  // neighbouring samples err alike
+
+  // Rescue of an unhealthy track by random starts around the prediction.
+  int rescue_starts = 8;       // aligned, after screening by grey values ...
+  int rescue_screened = 200;   // ... out of this many
+  double rescue_sigma = 0.07;  // rad at the camera (half) and twice it about the object
+  int seed = 1;
+
+  template <class V>
+  void visit(V& v) {
+    v("sharp_edge_cosine", sharp_edge_cosine, kFraction);
+    v("flat_edge_cosine", flat_edge_cosine, kFraction);
+    v("weld_tolerance", weld_tolerance, Range{0, 0.1});
+    v("samples_per_diameter", samples_per_diameter, Range{8, 4096});
+    v("sample_step_px", sample_step_px, Range{1, 64});
+    v("max_samples", max_samples, Range{16, 10000});
+    v("min_samples", min_samples, Range{6, 10000});
+    v("start_search_px", start_search_px, Range{1, 32});
+    v("wide_search_px", wide_search_px, Range{1, 32});
+    v("narrow_search_px", narrow_search_px, Range{1, 32});
+    v("min_contrast", min_contrast, Range{0, 255});
+    v("contrast_tolerance", contrast_tolerance, Range{0, 255});
+    v("contrast_penalty_px", contrast_penalty_px, kNotNegative);
+    v("solver_iterations", solver_iterations, Range{1, 100});
+    v("tukey_constant", tukey_constant, kPositive);
+    v("wide_sigma_px", wide_sigma_px, kPositive);
+    v("narrow_sigma_px", narrow_sigma_px, kPositive);
+    v("texture_sigma_px", texture_sigma_px, kPositive);
+    v("damping", damping, kNotNegative);
+    v("direct_points", direct_points, Range{0, 10000});
+    v("direct_iterations", direct_iterations, Range{1, 100});
+    v("direct_vote_px", direct_vote_px, kNotNegative);
+    v("texture_patches", texture_patches, Range{0, 1000});
+    v("patch_correlation", patch_correlation, kFraction);
+    v("keyframe_agreement", keyframe_agreement, kFraction);
+    v("keyframe_view_cosine", keyframe_view_cosine, Range{-1, 1});
+    v("keyframe_scale", keyframe_scale, Range{1, 100});
+    v("inlier_px", inlier_px, kPositive);
+    v("claim_health", claim_health, kFraction);
+    v("lost_health", lost_health, kFraction);
+    v("claim_sigma_m", claim_sigma_m, kPositive);
+    v("claim_sigma_rad", claim_sigma_rad, kPositive);
+    v("covariance_inflation", covariance_inflation, kPositive);
+    v("rescue_starts", rescue_starts, Range{0, 1000});
+    v("rescue_screened", rescue_screened, Range{0, 100000});
+    v("rescue_sigma", rescue_sigma, kNotNegative);
+    v("seed", seed, Range{0, 2147483647});
+  }
+};
+
+}  // namespace diorama
