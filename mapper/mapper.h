@@ -1,0 +1,123 @@
+// The map: a factor graph over camera poses and object poses (docs/conventions.md names the
+// frames).
+//
+//   variables   T_world_camera(k), one per frame; T_world_object(j), static
+//   odometry    r = Log(Z^-1 T_world_camera(k)^-1 T_world_camera(k+1))
+//   object      r = Log(Z^-1 T_world_camera(k)^-1 T_world_object(j)), with a robust kernel
+//
+// The world is the camera frame of the first pose, which is held fixed. Residuals are whitened with
+// the covariances of the measurements, which live in the right tangent [rho, phi] of Z.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/map_estimate.h"
+#include "core/measurements.h"
+#include "core/options.h"
+#include "core/trajectory.h"
+
+namespace diorama {
+
+struct MapperOptions {
+  // Newest poses that each update solves for; what leaves this window is kept as a marginal prior
+  // on the oldest pose in it and all objects.
+  int window_poses = 20;
+  int iterations = 3;         // Levenberg-Marquardt steps of an update, at most
+  int batch_iterations = 50;  // and of a solution over all poses
+  // A full solution renews the prior when one of its variables moved this far from where the prior
+  // was linearised, but only after at least this part of the trajectory has been added since.
+  double relinearise_m = 0.005;
+  double relinearise_rad = 0.01;
+  double relinearise_growth = 0.05;
+  // Kernel of object factors: none, huber, cauchy, or cauchy_tail (quadratic up to the width, then
+  // as slowly growing as Cauchy's). The width is in standard deviations of the whitened residual;
+  // 4.1 holds 99% of good measurements (chi-square with 6 degrees of freedom, 16.81).
+  std::string object_kernel = "cauchy_tail";
+  double object_kernel_width = 4.1;
+  // Standard deviations are multiplied with these: measurements are treated as independent, and
+  // errors that are correlated in time count for less than that.
+  double object_sigma_scale = 1;
+  double odometry_sigma_scale = 1;
+  // Without odometry the camera is assumed to stand still within these (one sigma).
+  double gap_m_s = 1;
+  double gap_rad_s = 2;
+
+  template <class V>
+  void visit(V& v) {
+    v("window_poses", window_poses, Range{2, 10000});
+    v("iterations", iterations, Range{1, 1000});
+    v("batch_iterations", batch_iterations, Range{1, 10000});
+    v("relinearise_m", relinearise_m, kPositive);
+    v("relinearise_rad", relinearise_rad, kPositive);
+    v("relinearise_growth", relinearise_growth, kNotNegative);
+    v("object_kernel", object_kernel);
+    v("object_kernel_width", object_kernel_width, kPositive);
+    v("object_sigma_scale", object_sigma_scale, kPositive);
+    v("odometry_sigma_scale", odometry_sigma_scale, kPositive);
+    v("gap_m_s", gap_m_s, kPositive);
+    v("gap_rad_s", gap_rad_s, kPositive);
+  }
+
+  // What is wrong with these options, or nothing.
+  std::optional<std::string> problem() const;
+};
+
+// What became of a measurement. A measurement that is refused has changed nothing.
+struct [[nodiscard]] AddResult {
+  bool added = false;
+  std::string reason;  // why it was refused; empty when it was added
+  explicit operator bool() const { return added; }
+};
+
+// One frame: addOdometry() or addGap() (but not for the first), addObject() for each measured
+// object, update(). Single-threaded and repeatable to the last digit.
+class Mapper {
+ public:
+  // The options must have no problem(); a programming error otherwise.
+  explicit Mapper(MapperOptions options = {});
+  ~Mapper();
+  Mapper(Mapper&&) noexcept;
+  Mapper& operator=(Mapper&&) noexcept;
+
+  // Begins an empty map whose world is the camera frame at this time. Must come first.
+  void start(int64_t timestamp_ns);
+  bool started() const;
+
+  // Appends the pose at to_ns. Refused: a from_ns other than the newest pose's time, health 0, a
+  // pose or covariance that is not finite, a covariance that is not positive definite.
+  AddResult addOdometry(const OdometryMeasurement& measurement);
+
+  // Appends a pose for a frame whose motion nobody measured: the camera stands still, within
+  // gap_m_s and gap_rad_s. The objects then tell where it is.
+  AddResult addGap(int64_t timestamp_ns);
+
+  // Adds an object's pose, seen from a pose in the window; the first measurement of an object
+  // places it. Refused: not claimed, health 0, no pose at that time, numbers as above.
+  AddResult addObject(const ObjectMeasurement& measurement);
+
+  // Solves for the window and returns the belief. A solution that is not finite is not taken over;
+  // the belief then stays where the measurements put it.
+  MapEstimate update();
+
+  // The belief after the last update(); objects in the order of their first measurement.
+  MapEstimate estimate() const;
+
+  // T_camera_object at the newest pose, with the covariance that the joint belief gives it; nothing
+  // for an object that was never measured.
+  std::optional<ObjectPrediction> predict(const std::string& object) const;
+
+  // Solves for everything until it converges; object covariances are those of the whole graph.
+  MapEstimate finish();
+
+  // T_world_camera of every pose: as last solved for; after finish(), with all hindsight.
+  Trajectory smoothedTrajectory() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace diorama
