@@ -1,0 +1,78 @@
+// Reads a sequence directory: rendered, or made by hand from real images.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/frame_source.h"
+#include "core/object_model.h"
+#include "core/trajectory.h"
+
+namespace diorama {
+
+// An object of sequence.yaml, file names resolved.
+struct SequenceObject {
+  std::string name;
+  std::filesystem::path model;  // the mesh file; it exists
+  double scale = 1;             // metres per unit of the file
+  bool y_up = false;            // the file's y axis points up
+  std::optional<std::filesystem::path> database;
+  std::optional<SE3> initial_T_camera_object;  // in the first frame
+  Symmetries symmetries;
+};
+
+class SequenceReader : public FrameSource {
+ public:
+  // `sequence` is the folder, or the sequence.yaml in it. Throws MissingInputError or InputError
+  // with file:line:column; images are opened by read() only.
+  explicit SequenceReader(const std::filesystem::path& sequence);
+
+  const Camera& camera() const override { return camera_; }
+  int frameCount() const override { return static_cast<int>(images_.size()); }
+
+  // Frame.index is `index`, the row of rgb.txt from 0. Truth is filled as far as its files are
+  // there, and is nothing when none is; the image never depends on it. Thread-safe. Throws
+  // InputError or MissingInputError naming the file.
+  FrameAndTruth read(int index) override;
+
+  const std::string& name() const { return name_; }  // of the folder
+  const std::vector<SequenceObject>& objects() const { return objects_; }
+  int64_t timestampNs(int index) const { return images_[static_cast<size_t>(index)].timestamp_ns; }
+  // The number of a frame in its scene: the image file's name when that is a number, else `index`.
+  int frameNumber(int index) const { return images_[static_cast<size_t>(index)].number; }
+  // Measurements of the odometry sensor (core/measurements_io.h), when sequence.yaml names them.
+  const std::optional<std::filesystem::path>& odometryFile() const { return odometry_file_; }
+  // True T_world_camera of the whole sequence; empty when not known.
+  const Trajectory& trueCameraPath() const { return T_world_camera_; }
+
+ private:
+  struct ImageEntry {
+    int64_t timestamp_ns = 0;
+    std::filesystem::path file;
+    int number = 0;
+  };
+  struct PixelCounts {
+    int all = -1, valid = -1, visible = -1;
+  };
+
+  void readTruthFiles();
+  void readVisibility();
+  std::optional<GroundTruth> readTruth(const ImageEntry& entry) const;
+
+  std::filesystem::path folder_;
+  std::string name_;
+  Camera camera_;
+  std::vector<ImageEntry> images_;
+  std::vector<SequenceObject> objects_;
+  std::optional<std::filesystem::path> odometry_file_;
+  Trajectory T_world_camera_;
+  std::vector<Trajectory> T_world_object_;                        // one per object, may be empty
+  std::map<std::pair<int, std::string>, PixelCounts> visibility_;  // by frame number and object
+  std::map<int64_t, std::filesystem::path> depth_;                // by time, ns
+};
+
+}  // namespace diorama
