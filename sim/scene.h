@@ -21,8 +21,10 @@ struct AreaLight {
   Vector3d radiance = Vector3d::Ones();
 };
 
+// The instance id of Scene::objects[i] is i + 1; the environment and what is not hit have 0.
 struct SceneObject {
-  std::string name;
+  std::string name;            // [A-Za-z0-9_.-]+, unique: files are named after it
+  std::string model;           // as the scene names it
   std::filesystem::path mesh;  // the file that is imported
   double scale = 1;            // metres per unit of the file
   bool y_up = false;           // the file's y axis points up
@@ -71,7 +73,7 @@ struct SimulatedOdometryOptions {
 
 struct Scene {
   std::string name;  // of the file, without extension
-  uint64_t seed = 1;
+  uint64_t seed = 1;  // of everything random
   CameraParameters camera;
   double rate_hz = 30;
   double exposure_s = 0.008;
@@ -84,13 +86,24 @@ struct Scene {
   EffectsOptions effects;
   SimulatedOdometryOptions odometry;
 
+  // Frames lie at k / rate_hz, k = 0, 1, ... before duration_s.
   int frameCount() const;
   // Mid-exposure time of a frame, a whole number of microseconds.
   int64_t timestampNs(int frame) const;
   SE3 T_world_camera(int frame) const;
 };
 
+// Reads a scene file. Models are folders of dataFolder()/models or paths relative to the file; an
+// object that lies `on` a surface is imported to find its lowest vertex.
 // Throws MissingInputError or InputError with file:line:column.
 Scene loadScene(const std::filesystem::path& file, const std::vector<YamlOverride>& overrides = {});
+
+// The same from a text; `file` is the name for messages and the place that paths are relative to.
+Scene parseScene(const std::string& content, const std::filesystem::path& file,
+                 const std::vector<YamlOverride>& overrides = {});
+
+// Every value of the scene as YAML, with SHA-256 sums in place of the camera path and of the model
+// files: two scenes with the same text give the same sequence.
+std::string describeScene(const Scene& scene);
 
 }  // namespace diorama

@@ -2,7 +2,7 @@
 //
 // For each step of the true trajectory with length l (m), turn a (rad) and time dt (s) the sensor
 // measures T_from_to = T_true * Exp([rho, phi]) with
-//   rho = bias_m_per_m * t_true + n_rho,   phi = bias_rad_s * dt * e_y + n_phi,
+//   rho = bias_m_per_m * R_true^T t_true + n_rho,   phi = bias_rad_s * dt * e_y + n_phi,
 //   var(n_rho) per axis = drift_m_per_m^2 * l / 3 + noise_m^2,
 //   var(n_phi) per axis = (drift_rad_per_rad^2 * a + drift_rad_per_m^2 * l) / 3 + noise_rad^2,
 // so that the drift is a random walk whose 3D error has the standard deviation `drift_m_per_m` after
