@@ -26,7 +26,7 @@ def quad(corners, mat, rect=(0, 0, 1, 1)):
 
 
 def add_desk(model):
-    model.images["desk.jpg"] = picture(surfaces.wood(1024, 2048, 0.78, 11))
+    model.images["desk.jpg"] = picture(surfaces.desk_top(1024, 2048, 0.78125, 11))
     model.material("desk", image="desk.jpg", ks=0.04, ns=90)
     model.material("steel", kd=(0.035, 0.036, 0.04), ks=0.05, ns=60)
     lx, ly, lz = DESK

@@ -23,28 +23,60 @@ def smoothstep(a, b, x):
     return t * t * (3 - 2 * t)
 
 
-def wood(rows, cols, mm, seed, light="#c9a06c", dark="#8f6236", ring_mm=7.0, tile=True):
+def wood(rows, cols, mm, seed, light="#c9a06c", dark="#8f6236", ring_mm=7.0):
     """Sawn wood, grain along the columns. `mm` is the size of a texel. The growth rings are those
     of a slightly bent trunk cut lengthwise, which gives cathedral figures."""
     random = rng(seed)
-    y = (np.arange(rows) - rows * random.uniform(0.2, 0.8))[:, None] * mm
-    depth = 22 + 16 * upsample(random.uniform(-1, 1, (1, max(2, int(cols * mm / 420)))), 1, cols)
-    wobble = fbm(rows, cols, 6, seed + 1, 4, stretch=9) * 5 + fbm(rows, cols, 50, seed + 2, 3,
-                                                                  stretch=30) * 0.5
-    radius = np.sqrt((y * 0.55 + wobble) ** 2 + depth ** 2)
+    y = (np.arange(rows) - rows * random.uniform(0.25, 0.75))[:, None] * mm
+    bends = upsample(random.uniform(-1, 1, (1, max(2, int(cols * mm / 500)))), 1, cols)
+    depth = 30 + 34 * bends
+    wobble = fbm(rows, cols, 5, seed + 1, 4, stretch=7) * 3.5
+    wobble = wobble + fbm(rows, cols, 60, seed + 2, 3, stretch=24) * 0.35
+    radius = np.sqrt((y * 0.8 + wobble) ** 2 + (depth + 0.4 * wobble) ** 2)
     phase = (radius / ring_mm) % 1.0
-    ring = smoothstep(0.25, 0.92, phase) * (1 - smoothstep(0.93, 1.0, phase))
-    fibre = fbm(rows, cols, 900, seed + 3, 2, stretch=40)
-    long_fibre = fbm(rows, cols, 300, seed + 4, 3, stretch=60)
+    ring = smoothstep(0.2, 0.92, phase) * (1 - smoothstep(0.92, 1.0, phase))
+    strength = 0.6 + 0.4 * np.sin(np.floor(radius / ring_mm) * 2.4 + seed)
+    fibre = fbm(rows, cols, cols // 2, seed + 3, 2, stretch=24)
+    long_fibre = fbm(rows, cols, cols // 5, seed + 4, 3, stretch=40)
     tone = fbm(rows, cols, 3, seed + 5, 3, stretch=3)
-    out = blend(colour(light), colour(dark), 0.12 + 0.38 * ring + 0.06 * fibre + 0.1 * long_fibre
-                + 0.06 * tone)
-    pores = blur(white(rows, cols, seed + 6), 1)
-    length = max(3, int(2.2 / mm))
-    streak = sum(np.roll(pores, k, axis=1) for k in range(length)) / np.sqrt(length)
+    out = blend(colour(light), colour(dark), 0.2 + 0.3 * ring * strength + 0.035 * fibre
+                + 0.06 * long_fibre + 0.07 * tone)
+    length = max(3, int(6 / mm))
+    pores = np.cumsum(np.pad(white(rows, cols, seed + 6), ((0, 0), (length, 0)), mode="wrap"), axis=1)
+    streak = pores[:, length:] - pores[:, :-length]
     streak = (streak - streak.mean()) / streak.std()
-    pore = smoothstep(1.3, 2.4, streak + 0.5 * ring)
-    return out * (1 - 0.28 * pore[..., None])
+    pore = smoothstep(1.2, 2.6, streak + 0.7 * ring * strength)
+    return out * (1 - 0.17 * pore[..., None])
+
+
+def desk_top(rows, cols, mm, seed):
+    """Oiled solid top of seven staves with a coffee ring, scratches, rubbed and darker patches."""
+    random = rng(seed)
+    edges = np.rint(np.linspace(0, rows, 8)).astype(int)
+    out = np.zeros((rows, cols, 3))
+    for k in range(7):
+        stave = wood(edges[k + 1] - edges[k], cols, mm, seed * 100 + 10 * k,
+                     ring_mm=random.uniform(4, 8), light="#c39b6b", dark="#84582f")
+        shift = np.array([1, random.uniform(0.97, 1.0), random.uniform(0.92, 1.0)])
+        out[edges[k]:edges[k + 1]] = stave * random.uniform(0.9, 1.06) * shift
+        out[edges[k]] *= 0.80
+    y, x = np.mgrid[0:rows, 0:cols] * mm
+    for cx, cy, r, force in ((520, 560, 41, 0.2), (548, 585, 41, 0.12), (1215, 250, 38, 0.14)):
+        d = np.hypot(x - cx, y - cy)
+        t = np.arctan2(y - cy, x - cx)
+        gap = smoothstep(-0.6, 0.5, np.sin(1.3 * t + cx) + 0.5 * np.sin(3 * t + cy))
+        mark = np.exp(-((d - r) / 1.1) ** 2) * (0.35 + 0.65 * gap)
+        out *= 1 - force * mark[..., None] * np.array([0.8, 1, 1.15])
+    for _ in range(70):                                   # scratches catch the light or dirt
+        x0, y0, a = random.uniform(0, 1600), random.uniform(0, 800), random.normal(0, 0.5)
+        length, bend = random.uniform(8, 90) * random.uniform(0.2, 1), random.normal(0, 0.002)
+        s = np.arange(0, length, mm * 0.5)
+        px = ((x0 + s * np.cos(a)) / mm).astype(int) % cols
+        py = ((y0 + s * np.sin(a) + bend * s * s) / mm).astype(int) % rows
+        out[py, px] *= random.uniform(0.80, 1.18)
+    wear = fbm(rows, cols, 5, seed + 9, 5)
+    spots = smoothstep(2.6, 3.0, fbm(rows, cols, 60, seed + 10, 3))
+    return out * (1 + 0.03 * wear - 0.12 * spots)[..., None]
 
 
 def parquet(size, tile_m, seed):
