@@ -1,0 +1,31 @@
+// The graph's variables and factors, in plain lists.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "mapper/object_factor.h"
+#include "mapper/odometry_factor.h"
+
+namespace diorama {
+
+struct PoseNode {
+  int64_t timestamp_ns = 0;
+  SE3 T_world_camera;
+  std::vector<ObjectFactor> objects;  // seen from here
+};
+
+struct ObjectNode {
+  std::string name;
+  SE3 T_world_object;
+};
+
+struct Graph {
+  std::vector<PoseNode> poses;           // the first is fixed
+  std::vector<OdometryFactor> odometry;  // [k] between poses k and k + 1
+  std::vector<ObjectNode> objects;
+  RobustKernel object_kernel;
+};
+
+}  // namespace diorama

@@ -1,0 +1,32 @@
+#include "mapper/object_factor.h"
+
+#include <ceres/cost_function.h>
+
+#include <cmath>
+
+namespace diorama {
+
+ObjectFactorResult makeObjectFactor(const ObjectMeasurement& m, size_t object, double sigma_scale) {
+  if (!m.claimed) return {std::nullopt, "the tracker does not claim the object"};
+  if (!(m.health > 0)) return {std::nullopt, "no measurement (health 0)"};
+  if (!isUnitPose(m.T_camera_object))
+    return {std::nullopt, "the pose is not finite, or no rotation"};
+  const std::optional<Matrix6d> W = whitening(sigma_scale * sigma_scale * m.covariance);
+  if (!W) return {std::nullopt, "the covariance is not finite or not positive definite"};
+  return {ObjectFactor{object, m.T_camera_object, *W}, ""};
+}
+
+LinearisedPair linearise(const ObjectFactor& factor, const RobustKernel& kernel,
+                         const SE3& T_world_camera, const SE3& T_world_object) {
+  const LinearisedPair pair = linearise(factor.Z, T_world_camera, T_world_object);
+  const Vector6d r = factor.W * pair.r;
+  const double root_weight = std::sqrt(kernel(r.squaredNorm()).slope);
+  const Matrix6d W = root_weight * factor.W;
+  return {root_weight * r, W * pair.J_a, W * pair.J_b};
+}
+
+std::unique_ptr<ceres::CostFunction> makeCost(const ObjectFactor& factor) {
+  return makeRelativePoseCost(factor.Z, factor.W);
+}
+
+}  // namespace diorama

@@ -1,0 +1,35 @@
+// An object seen from a camera pose:
+//   r = W * Log(Z^-1 * T_world_camera^-1 * T_world_object), with a robust kernel on |r|^2.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/measurements.h"
+#include "mapper/relative_pose.h"
+#include "mapper/robust_kernel.h"
+
+namespace diorama {
+
+struct ObjectFactor {
+  size_t object = 0;  // position in the graph's list
+  SE3 Z;              // measured T_camera_object
+  Matrix6d W;         // whitens the residual
+};
+
+// The factor of a measurement, or why there is none.
+struct ObjectFactorResult {
+  std::optional<ObjectFactor> factor;
+  std::string reason;
+};
+ObjectFactorResult makeObjectFactor(const ObjectMeasurement& measurement, size_t object,
+                                    double sigma_scale);
+
+// Whitened and multiplied with the square root of the kernel's weight rho'(|r|^2), so that a
+// least-squares step on it is a step of iteratively reweighted least squares.
+LinearisedPair linearise(const ObjectFactor& factor, const RobustKernel& kernel,
+                         const SE3& T_world_camera, const SE3& T_world_object);
+
+std::unique_ptr<ceres::CostFunction> makeCost(const ObjectFactor& factor);  // without the kernel
+
+}  // namespace diorama

@@ -1,0 +1,34 @@
+// Odometry between two consecutive camera poses:
+//   r = W * Log(Z^-1 * T_world_camera(k)^-1 * T_world_camera(k+1)).
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/measurements.h"
+#include "mapper/relative_pose.h"
+
+namespace diorama {
+
+struct OdometryFactor {
+  SE3 Z;       // measured T_from_to
+  Matrix6d W;  // whitens the residual
+};
+
+// The factor of a measurement, or why there is none.
+struct OdometryFactorResult {
+  std::optional<OdometryFactor> factor;
+  std::string reason;
+};
+OdometryFactorResult makeOdometryFactor(const OdometryMeasurement& measurement, double sigma_scale);
+
+// Standing still for a while, within speeds (one sigma).
+OdometryFactor makeGapFactor(double seconds, double sigma_m_s, double sigma_rad_s);
+
+// Whitened.
+LinearisedPair linearise(const OdometryFactor& factor, const SE3& T_world_from,
+                         const SE3& T_world_to);
+
+std::unique_ptr<ceres::CostFunction> makeCost(const OdometryFactor& factor);
+
+}  // namespace diorama

@@ -1,0 +1,36 @@
+// The residual of a measured pose of one frame in another, which odometry and object factors share.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "core/se3.h"
+
+namespace ceres {
+class CostFunction;
+}
+
+namespace diorama {
+
+// A residual with its derivatives by right perturbations of both poses.
+struct LinearisedPair {
+  Vector6d r;
+  Matrix6d J_a, J_b;
+};
+
+// r = Log(Z^-1 * T_world_a^-1 * T_world_b), Z = measured T_a_b:
+//   dr/db = Jr^-1(r), dr/da = -Jr^-1(r) * Ad(T_b_a).
+LinearisedPair linearise(const SE3& Z, const SE3& T_world_a, const SE3& T_world_b);
+
+// Finite, of sane size, and with a unit quaternion.
+bool isUnitPose(const SE3& pose);
+
+// W with W^T W = covariance^-1, so that W * r is white. Nothing when the covariance is not finite,
+// not symmetric, not positive definite, or beyond 1e12. Standard deviations below 1e-6 (m, rad)
+// count as 1e-6: no sensor is better, and the graph's arithmetic is not either.
+std::optional<Matrix6d> whitening(const Matrix6d& covariance);
+
+// The factor W * r between two SE(3) blocks.
+std::unique_ptr<ceres::CostFunction> makeRelativePoseCost(const SE3& Z, const Matrix6d& W);
+
+}  // namespace diorama

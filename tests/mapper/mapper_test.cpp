@@ -1,0 +1,318 @@
+#include "mapper/mapper.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <limits>
+
+#include "core/text.h"
+#include "tests/mapper/synthetic_graph.h"
+
+namespace diorama {
+namespace {
+
+using namespace test;  // NOLINT(google-build-using-namespace)
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+TEST(Mapper, NoiseFreeMeasurementsGiveTheTruth) {
+  SyntheticOptions options;
+  options.objects = 2;
+  options.visible = 0.6;
+  options.noise = false;
+  const SyntheticGraph graph = makeGraph(options, 1);
+  Mapper mapper;
+  const MapEstimate estimate = feedAll(mapper, graph);
+  EXPECT_THAT(estimate.T_world_camera, PoseNear(graph.truth.poses.back().pose, 1e-9, 1e-9));
+  ASSERT_EQ(estimate.objects.size(), 2u);
+  for (const ObjectEstimate& object : estimate.objects) {
+    const size_t j = object.name == "object0" ? 0 : 1;
+    EXPECT_THAT(object.T_world_object, PoseNear(graph.objects[j], 1e-9, 1e-9));
+  }
+  mapper.finish();
+  const Trajectory trajectory = mapper.smoothedTrajectory();
+  ASSERT_EQ(trajectory.poses.size(), graph.truth.poses.size());
+  for (size_t k = 0; k < trajectory.poses.size(); ++k)
+    EXPECT_THAT(trajectory.poses[k].pose, PoseNear(graph.camera(k), 1e-9, 1e-9));
+}
+
+TEST(Mapper, NoisyMeasurementsAreAveraged) {
+  const SyntheticGraph graph = makeGraph({.poses = 600, .objects = 3, .visible = 0.6}, 2);
+  Mapper mapper;
+  feedAll(mapper, graph);
+  const MapEstimate estimate = mapper.finish();
+  for (const ObjectEstimate& object : estimate.objects) {
+    const size_t j = static_cast<size_t>(object.name.back() - '0');
+    EXPECT_THAT(object.T_world_object, PoseNear(graph.objects[j], 0.5e-3, 0.1 * kDegree));
+  }
+  double worst = 0;
+  const Trajectory trajectory = mapper.smoothedTrajectory();
+  for (size_t k = 0; k < trajectory.poses.size(); ++k)
+    worst = std::max(worst,
+                     (trajectory.poses[k].pose.translation - graph.camera(k).translation).norm());
+  EXPECT_LT(worst, 2e-3);
+}
+
+struct Difference {
+  double translation_m = 0, rotation_rad = 0;
+};
+
+// How far the online belief at the last frame is from the optimum over everything.
+Difference onlineMinusBatch(const SyntheticGraph& graph, const MapperOptions& options) {
+  Mapper mapper(options);
+  const MapEstimate online = feedAll(mapper, graph);
+  const MapEstimate batch = mapper.finish();
+  Difference most;
+  const auto compare = [&](const SE3& a, const SE3& b) {
+    most.translation_m = std::max(most.translation_m, (a.translation - b.translation).norm());
+    most.rotation_rad = std::max(most.rotation_rad, angleBetween(a.rotation, b.rotation));
+  };
+  compare(online.T_world_camera, batch.T_world_camera);
+  for (size_t j = 0; j < batch.objects.size(); ++j)
+    compare(online.objects[j].T_world_object, batch.objects[j].T_world_object);
+  return most;
+}
+
+TEST(Mapper, OnlineIsNearTheBatchOptimum) {
+  struct Case {
+    const char* name;
+    SyntheticOptions options;
+  };
+  SyntheticOptions absent{.poses = 600, .hidden_from = 200, .hidden_to = 420};
+  SyntheticOptions drifting = absent;
+  drifting.odometry_sigma_m = 2e-3;
+  drifting.odometry_sigma_rad = 3e-3;
+  const Case cases[] = {
+      {"always seen", {.poses = 300}},
+      {"three objects", {.poses = 300, .objects = 3, .visible = 0.5}},
+      {"absent for 7 s", absent},
+      {"absent, bad odometry", drifting},
+      {"coarse tracker", {.poses = 300, .object_sigma_m = 5e-3, .object_sigma_rad = 2e-2}}};
+  for (const Case& c : cases) {
+    for (uint64_t seed = 1; seed <= 3; ++seed) {
+      const Difference most = onlineMinusBatch(makeGraph(c.options, seed), {});
+      std::printf("%s, seed %d: %.4f mm, %.5f deg\n", c.name, static_cast<int>(seed),
+                  1e3 * most.translation_m, most.rotation_rad / kDegree);
+      EXPECT_LT(most.translation_m, 1e-4) << c.name;
+      EXPECT_LT(most.rotation_rad, 0.01 * kDegree) << c.name;
+    }
+  }
+}
+
+double normalised(const SE3& estimate, const Matrix6d& P, const SE3& truth) {
+  const Vector6d e = log(estimate.inverse() * truth);
+  return e.dot(P.inverse() * e);
+}
+
+// With white noise of the stated covariance, e^T P^-1 e averages 6.
+TEST(Mapper, CovariancesAreConsistent) {
+  double map = 0, prediction = 0, finished = 0;
+  constexpr int runs = 100;
+  for (uint64_t seed = 1; seed <= runs; ++seed) {
+    const SyntheticGraph graph = makeGraph({.poses = 60, .hidden_from = 40, .hidden_to = 60}, seed);
+    Mapper mapper;
+    const MapEstimate estimate = feedAll(mapper, graph);
+    const ObjectEstimate& object = estimate.objects.front();
+    map += normalised(object.T_world_object, object.covariance, graph.objects[0]) / runs;
+    const ObjectPrediction predicted = mapper.predict("object0").value();
+    prediction += normalised(predicted.T_camera_object, predicted.covariance,
+                             graph.truth.poses.back().pose.inverse() * graph.objects[0]) /
+                  runs;
+    const ObjectEstimate last = mapper.finish().objects.front();
+    finished += normalised(last.T_world_object, last.covariance, graph.objects[0]) / runs;
+  }
+  std::printf("normalised errors: map %.2f, prediction %.2f, finished %.2f\n", map, prediction,
+              finished);
+  // 6 +- 4 standard deviations of the mean of chi-square(6), sqrt(12 / runs).
+  for (double mean : {map, prediction, finished}) EXPECT_NEAR(mean, 6, 4 * std::sqrt(12.0 / runs));
+}
+
+TEST(Mapper, WrongMeasurementsAreOutweighed) {
+  for (const char* kernel : {"huber", "cauchy", "cauchy_tail"}) {
+    SyntheticGraph graph = makeGraph({.poses = 300}, 7);
+    Numbers numbers(8);
+    int wrong = 0;
+    for (size_t k = 20; k < 300; ++k) {
+      if (numbers.uniform(0, 1) > 0.2) continue;
+      ++wrong;
+      SE3& Z = graph.observations[k].front().T_camera_object;
+      Z = Z * exp(Vector6d(0.1 * numbers.normal6()));
+    }
+    ASSERT_GT(wrong, 30);
+    MapperOptions options;
+    options.object_kernel = kernel;
+    Mapper mapper(options);
+    feedAll(mapper, graph);
+    const MapEstimate estimate = mapper.finish();
+    EXPECT_THAT(estimate.objects.front().T_world_object,
+                PoseNear(graph.objects[0], 1e-3, 0.2 * kDegree))
+        << kernel;
+    EXPECT_THAT(estimate.T_world_camera,
+                PoseNear(graph.truth.poses.back().pose, 3e-3, 0.3 * kDegree))
+        << kernel;
+  }
+}
+
+// A tracker that sits on something else for a second, and says that it is sure.
+TEST(Mapper, BurstOfWrongMeasurementsIsOutweighed) {
+  SyntheticGraph graph = makeGraph({.poses = 300}, 9);
+  for (size_t k = 150; k < 180; ++k) {
+    SE3& Z = graph.observations[k].front().T_camera_object;
+    Z.translation.x() += 0.08;
+  }
+  Mapper mapper;
+  MapEstimate estimate;
+  double worst = 0;
+  for (size_t k = 0; k < 300; ++k) {
+    estimate = feed(mapper, graph, k);
+    worst =
+        std::max(worst, (estimate.T_world_camera.translation - graph.camera(k).translation).norm());
+  }
+  std::printf("burst: worst camera error %.2f mm\n", 1e3 * worst);
+  EXPECT_LT(worst, 0.02);
+  EXPECT_THAT(estimate.objects.front().T_world_object,
+              PoseNear(graph.objects[0], 2e-3, 0.2 * kDegree));
+}
+
+TEST(Mapper, PredictsAnObjectThatIsNotMeasured) {
+  const SyntheticGraph graph = makeGraph({.poses = 250, .hidden_from = 100, .hidden_to = 250}, 3);
+  Mapper mapper;
+  for (size_t k = 0; k < 100; ++k) feed(mapper, graph, k);
+  const double seen_trace = mapper.predict("object0").value().covariance.trace();
+  for (size_t k = 100; k < 250; ++k) feed(mapper, graph, k);
+  const ObjectPrediction prediction = mapper.predict("object0").value();
+  EXPECT_THAT(
+      prediction.T_camera_object,
+      PoseNear(graph.truth.poses.back().pose.inverse() * graph.objects[0], 0.02, 2 * kDegree));
+  EXPECT_GT(prediction.covariance.trace(), 2 * seen_trace);  // odometry drifts
+  EXPECT_FALSE(mapper.predict("object1"));
+}
+
+// The odometry of a frame is enough to say where the object is expected in it.
+TEST(Mapper, PredictsRightAfterOdometry) {
+  const SyntheticGraph graph = makeGraph({.poses = 100}, 4);
+  Mapper mapper;
+  for (size_t k = 0; k < 99; ++k) feed(mapper, graph, k);
+  ASSERT_TRUE(mapper.addOdometry(graph.odometry[98]));
+  EXPECT_THAT(mapper.predict("object0").value().T_camera_object,
+              PoseNear(graph.camera(99).inverse() * graph.objects[0], 2e-3, 0.3 * kDegree));
+}
+
+TEST(Mapper, ObjectBridgesAGapInTheOdometry) {
+  const SyntheticGraph graph = makeGraph({.poses = 120}, 5);
+  Mapper mapper;
+  for (size_t k = 0; k < 60; ++k) feed(mapper, graph, k);
+  for (size_t k = 60; k < 70; ++k) {
+    ASSERT_TRUE(mapper.addGap(graph.truth.poses[k].timestamp_ns));
+    ASSERT_TRUE(mapper.addObject(graph.observations[k].front()));
+    EXPECT_THAT(mapper.update().T_world_camera, PoseNear(graph.camera(k), 0.01, 0.02));
+  }
+  MapEstimate estimate;
+  for (size_t k = 70; k < 120; ++k) estimate = feed(mapper, graph, k);
+  EXPECT_THAT(estimate.T_world_camera, PoseNear(graph.camera(119), 2e-3, 0.3 * kDegree));
+}
+
+TEST(Mapper, RefusesWhatIsNotAMeasurement) {
+  const SyntheticGraph graph = makeGraph({.poses = 10}, 6);
+  Mapper mapper;
+  EXPECT_FALSE(mapper.addOdometry(graph.odometry[0]));  // not started
+  EXPECT_FALSE(mapper.addGap(1));
+  EXPECT_FALSE(mapper.addObject(graph.observations[0][0]));
+  for (size_t k = 0; k < 5; ++k) feed(mapper, graph, k);
+  const MapEstimate before = mapper.estimate();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+
+  const auto refusesOdometry = [&](auto change) {
+    OdometryMeasurement m = graph.odometry[4];
+    change(m);
+    const AddResult result = mapper.addOdometry(m);
+    return !result.added && !result.reason.empty();
+  };
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.T_from_to.translation.x() = nan; }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.T_from_to.rotation.coeffs().setZero(); }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance(2, 2) = nan; }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance(2, 2) = -1; }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance(0, 1) = 1e-5; }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance.setZero(); }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance *= 1e300; }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.health = 0; }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.health = nan; }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.from_ns += 1; }));
+  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.to_ns = m.from_ns; }));
+
+  const auto refusesObject = [&](auto change) {
+    ObjectMeasurement m = graph.observations[4][0];
+    change(m);
+    const AddResult result = mapper.addObject(m);
+    return !result.added && !result.reason.empty();
+  };
+  EXPECT_TRUE(refusesObject([&](auto& m) { m.T_camera_object.translation.y() = nan; }));
+  EXPECT_TRUE(refusesObject([&](auto& m) { m.covariance(5, 5) = 0; }));
+  EXPECT_TRUE(refusesObject([&](auto& m) { m.covariance(5, 5) = nan; }));
+  EXPECT_TRUE(refusesObject([&](auto& m) { m.claimed = false; }));
+  EXPECT_TRUE(refusesObject([&](auto& m) { m.timestamp_ns += 1; }));
+  EXPECT_TRUE(refusesObject([&](auto& m) { m.object = "new", m.covariance(0, 0) = nan; }));
+
+  const MapEstimate after = mapper.estimate();
+  EXPECT_THAT(after.T_world_camera, PoseNear(before.T_world_camera, 0, 0));
+  EXPECT_EQ(after.objects.size(), before.objects.size());
+  EXPECT_FALSE(mapper.predict("new"));
+}
+
+TEST(Mapper, ExtremeCovariancesStayFinite) {
+  SyntheticGraph graph = makeGraph({.poses = 80, .noise = false}, 11);
+  for (size_t k = 0; k < graph.odometry.size(); ++k)
+    graph.odometry[k].covariance *= k % 2 ? 1e-12 : 1e10;
+  for (size_t k = 0; k < graph.observations.size(); ++k)
+    graph.observations[k][0].covariance *= k % 3 ? 1e-10 : 1e8;
+  Mapper mapper;
+  for (size_t k = 0; k < graph.truth.poses.size(); ++k) {
+    const MapEstimate estimate = feed(mapper, graph, k);
+    ASSERT_TRUE(estimate.T_world_camera.isFinite());
+    ASSERT_TRUE(estimate.objects[0].T_world_object.isFinite());
+    ASSERT_TRUE(estimate.objects[0].covariance.allFinite());
+  }
+  EXPECT_THAT(mapper.finish().T_world_camera, PoseNear(graph.camera(79), 1e-4, 1e-4));
+}
+
+TEST(Mapper, IsRepeatableToTheLastDigit) {
+  const SyntheticGraph graph = makeGraph({.poses = 150, .objects = 2, .visible = 0.5}, 12);
+  std::string texts[2];
+  for (std::string& text : texts) {
+    Mapper mapper;
+    for (size_t k = 0; k < graph.truth.poses.size(); ++k)
+      text += formatPose(feed(mapper, graph, k).T_world_camera, ' ') + "\n";
+    mapper.finish();
+    text += toTum(mapper.smoothedTrajectory());
+  }
+  EXPECT_EQ(texts[0], texts[1]);
+}
+
+TEST(Mapper, StartBeginsAnew) {
+  const SyntheticGraph graph = makeGraph({.poses = 40}, 13);
+  Mapper mapper;
+  EXPECT_FALSE(mapper.started());
+  const MapEstimate first = feedAll(mapper, graph);
+  const MapEstimate second = feedAll(mapper, graph);
+  EXPECT_EQ(formatPose(first.T_world_camera, ' '), formatPose(second.T_world_camera, ' '));
+  EXPECT_EQ(mapper.smoothedTrajectory().poses.size(), 40u);
+}
+
+// Five times the wanted 10 s for 900 frames would still be caught on a slow machine.
+TEST(Mapper, NineHundredFramesAreFast) {
+  const SyntheticGraph graph = makeGraph(
+      {.poses = 900, .objects = 3, .visible = 0.6, .hidden_from = 300, .hidden_to = 450}, 14);
+  const auto begin = std::chrono::steady_clock::now();
+  Mapper mapper;
+  feedAll(mapper, graph);
+  const auto middle = std::chrono::steady_clock::now();
+  mapper.finish();
+  const auto end = std::chrono::steady_clock::now();
+  const double online = std::chrono::duration<double>(middle - begin).count();
+  std::printf("900 frames, 3 objects: %.2f s online, %.2f s to finish\n", online,
+              std::chrono::duration<double>(end - middle).count());
+  EXPECT_LT(online, 10);
+}
+
+}  // namespace
+}  // namespace diorama
