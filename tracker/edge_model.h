@@ -1,0 +1,45 @@
+// The edges of a mesh that can show in an image, and points on them.
+#pragma once
+
+#include <vector>
+
+#include "core/mesh.h"
+#include "tracker/tracker_options.h"
+
+namespace diorama {
+
+enum class EdgeKind {
+  kBoundary,  // one face: always shows
+  kSharp,     // two faces at a fold, or more than two faces: always shows
+  kSmooth     // shows where it lies on the silhouette: one face towards the camera, one away
+};
+
+struct ModelEdge {
+  int a = 0, b = 0;  // vertices
+  Vector3d n1, n2;   // unit normals of its faces, oriented alike; equal on a boundary
+  EdgeKind kind = EdgeKind::kSharp;
+  int first_sample = 0, sample_count = 0;
+};
+
+struct EdgeSample {
+  Vector3d p;          // m, model frame
+  Vector3d direction;  // unit, along the edge
+  int edge = 0;
+};
+
+// Coordinates are in the *model frame*: the object frame moved to the centre of its bounding box,
+// so that rotation and translation of a pose are nearly independent.
+struct EdgeModel {
+  Vector3d centre_object = Vector3d::Zero();  // origin of the model frame, m, in the object frame
+  double diameter = 0;                        // m, diagonal of the bounding box
+  double sample_spacing = 0;                  // m
+  std::vector<Vector3d> vertices;             // welded
+  std::vector<ModelEdge> edges;
+  std::vector<EdgeSample> samples;  // those of one edge follow one another
+};
+
+// Welds vertices (a textured mesh repeats them along seams), drops degenerate and repeated faces
+// and flat edges. No edges when the mesh has no face.
+EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options);
+
+}  // namespace diorama

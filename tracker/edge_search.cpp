@@ -1,0 +1,226 @@
+#include "tracker/edge_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "tracker/image_pyramid.h"
+
+namespace diorama {
+namespace {
+
+constexpr int kProfileMargin = 3;  // px on each side, for the derivative and the grey values
+constexpr int kMaxRange = 32;      // px; the paper's maximum error
+constexpr int kMaxCandidatesFound = 2 * kMaxRange + 1;
+constexpr double kImageMargin = 6;  // px; samples nearer to the outline are not looked for
+constexpr int kTangentTaps = 1;     // on each side: profiles are averaged over 3 parallels
+
+bool stronger(const EdgeCandidate& a, const EdgeCandidate& b) {
+  return std::abs(a.contrast.gradient) > std::abs(b.contrast.gradient);
+}
+
+// How far one can go from x along a direction before leaving [lowest, highest].
+double roomAlong(double x, double direction, double lowest, double highest) {
+  const double room = std::min(x - lowest, highest - x);
+  return room <= 0 ? -1 : room / std::max(std::abs(direction), 1e-6);
+}
+
+}  // namespace
+
+struct EdgeSearch::Line {
+  Vector2d u_px;
+  Vector2d normal;
+};
+
+int findProfileEdges(const float* profile, int length, float min_gradient, EdgeCandidate* out,
+                     int capacity) {
+  const auto derivative = [&](int i) {
+    // Smoothed central difference: a step of height h gives h / 2 at its place.
+    return (2 * (profile[i + 1] - profile[i - 1]) + profile[i + 2] - profile[i - 2]) / 6;
+  };
+  const int middle = length / 2;
+  int count = 0;
+  float left = derivative(2), here = derivative(3);
+  for (int i = kProfileMargin; i < length - kProfileMargin; ++i) {
+    const float right = derivative(i + 1);
+    const float m = std::abs(here), l = std::abs(left), r = std::abs(right);
+    if (m >= min_gradient && m >= l && m > r) {
+      const float curvature = l - 2 * m + r;
+      const float shift = curvature < -1e-6f ? 0.5f * (l - r) / curvature : 0;
+      const EdgeCandidate found{static_cast<double>(static_cast<float>(i - middle) + shift),
+                                {here, 0.5f * (profile[i - 2] + profile[i - 3]),
+                                 0.5f * (profile[i + 2] + profile[i + 3])},
+                                true};
+      if (count < capacity) {
+        out[count++] = found;
+      } else {
+        EdgeCandidate* weakest = std::max_element(out, out + count, stronger);
+        if (stronger(found, *weakest)) *weakest = found;
+      }
+    }
+    left = here;
+    here = right;
+  }
+  return count;
+}
+
+EdgeSearch::EdgeSearch(const EdgeModel& model, const Camera& camera, const RayQuery& rays,
+                       int object, const TrackerOptions& options)
+    : model_(model), camera_(camera), rays_(rays), object_(object), options_(options) {}
+
+std::vector<int> EdgeSearch::visibleSamples(const SE3& T) const {
+  const Vector3d eye = T.inverse().translation;
+  const Matrix3d R = T.rotationMatrix();
+  const double depth = std::max(T.translation.z(), 0.1 * model_.diameter);
+  const double spacing_px = model_.sample_spacing * std::max(camera_.fx(), camera_.fy()) / depth;
+  const int stride =
+      std::clamp(static_cast<int>(std::lround(options_.sample_step_px / spacing_px)), 1, 1024);
+
+  std::vector<int> inside;
+  for (const ModelEdge& edge : model_.edges) {
+    if (edge.kind == EdgeKind::kSmooth) {
+      const Vector3d view = model_.vertices[static_cast<size_t>(edge.a)] - eye;
+      if (edge.n1.dot(view) * edge.n2.dot(view) > 0) continue;
+    }
+    for (int k = std::min(stride, edge.sample_count) / 2; k < edge.sample_count; k += stride) {
+      const int index = edge.first_sample + k;
+      const auto u =
+          camera_.project(R * model_.samples[static_cast<size_t>(index)].p + T.translation);
+      if (u && camera_.contains(*u, kImageMargin)) inside.push_back(index);
+    }
+  }
+  const size_t limit = static_cast<size_t>(options_.max_samples);
+  if (inside.size() > limit) {  // evenly thinned
+    for (size_t i = 0; i < limit; ++i) inside[i] = inside[i * inside.size() / limit];
+    inside.resize(limit);
+  }
+
+  std::vector<Vector3d> points(inside.size());
+  std::vector<uint8_t> hidden(inside.size());
+  for (size_t i = 0; i < inside.size(); ++i)
+    points[i] = model_.samples[static_cast<size_t>(inside[i])].p + model_.centre_object;
+  rays_.occluded(object_, eye + model_.centre_object, points, hidden);
+  size_t kept = 0;
+  for (size_t i = 0; i < inside.size(); ++i)
+    if (!hidden[i]) inside[kept++] = inside[i];
+  inside.resize(kept);
+  return inside;
+}
+
+std::optional<EdgeSearch::Line> EdgeSearch::projectSample(const SE3& T, const Matrix3d& R,
+                                                          int index) const {
+  const EdgeSample& sample = model_.samples[static_cast<size_t>(index)];
+  const ModelEdge& edge = model_.edges[static_cast<size_t>(sample.edge)];
+  const auto projection = camera_.projectWithJacobian(R * sample.p + T.translation);
+  if (!projection) return std::nullopt;
+  const Matrix23d J = projection->J * R;
+  if (edge.kind == EdgeKind::kSmooth) {
+    // The rim's normal comes from the surface, not from the zigzag of the mesh edges along it.
+    const Vector2d normal = J * (edge.n1 + edge.n2);
+    if (!(normal.norm() > 1e-6)) return std::nullopt;
+    return Line{projection->u_px, normal.normalized()};
+  }
+  const Vector2d along = J * sample.direction;
+  const double length = along.norm();  // px/m
+  // An edge seen almost end-on has no direction in the image.
+  if (!(length > 0.15 * camera_.fx() / T.translation.z())) return std::nullopt;
+  return Line{projection->u_px, Vector2d(-along.y(), along.x()) / length};
+}
+
+bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, const Contrast& remembered,
+                         int range_px, EdgeObservation& out) const {
+  const auto [x, y] = std::pair(line.u_px.x(), line.u_px.y());
+  const double margin = kTangentTaps + 1;
+  const double room = std::min(roomAlong(x, line.normal.x(), margin, image.width - 2 - margin),
+                               roomAlong(y, line.normal.y(), margin, image.height - 2 - margin));
+  if (!(room >= kProfileMargin + 1)) return false;
+  const int range = std::min({range_px, kMaxRange, static_cast<int>(room) - kProfileMargin});
+
+  float profile[2 * (kMaxRange + kProfileMargin) + 1];
+  const int half = range + kProfileMargin, length = 2 * half + 1;
+  const float nx = static_cast<float>(line.normal.x()), ny = static_cast<float>(line.normal.y());
+  for (int i = 0; i < length; ++i) {
+    const float px = static_cast<float>(x) + static_cast<float>(i - half) * nx;
+    const float py = static_cast<float>(y) + static_cast<float>(i - half) * ny;
+    float sum = 0;
+    for (int k = -kTangentTaps; k <= kTangentTaps; ++k)
+      sum +=
+          sampleBilinear(image, px - static_cast<float>(k) * ny, py + static_cast<float>(k) * nx);
+    profile[i] = sum / (2 * kTangentTaps + 1);
+  }
+
+  EdgeCandidate found[kMaxCandidatesFound];
+  const int count = findProfileEdges(profile, length, static_cast<float>(options_.min_contrast / 2),
+                                     found, kMaxCandidatesFound);
+  out.candidate_count = std::min(count, EdgeObservation::kMaxCandidates);
+  std::partial_sort_copy(found, found + count, out.candidates.begin(), out.candidates.end(),
+                         stronger);
+  if (remembered.gradient != 0)
+    for (EdgeCandidate& c : out.candidates)
+      c.like_before = std::min(std::abs(c.contrast.before - remembered.before),
+                               std::abs(c.contrast.after - remembered.after)) <=
+                      static_cast<float>(options_.contrast_tolerance);
+  return count > 0;
+}
+
+std::vector<EdgeObservation> EdgeSearch::search(const Image<uint8_t>& image, const SE3& T,
+                                                const std::vector<int>& samples,
+                                                const std::vector<Contrast>& memory,
+                                                int range_px) const {
+  const Matrix3d R = T.rotationMatrix();
+  std::vector<EdgeObservation> observations;
+  observations.reserve(samples.size());
+  for (const int index : samples) {
+    const auto line = projectSample(T, R, index);
+    if (!line) continue;
+    EdgeObservation observation;
+    if (!observe(image, *line, memory[static_cast<size_t>(index)], range_px, observation)) continue;
+    observation.sample = index;
+    observation.u_px = line->u_px;
+    observation.normal = line->normal;
+    observations.push_back(observation);
+  }
+  return observations;
+}
+
+CueEquations EdgeCue::linearise(const SE3& T) {
+  const Matrix3d R = T.rotationMatrix();
+  CueEquations equations;
+  std::vector<Vector6d> jacobians(observations_.size());
+  absolute_.clear();
+  for (size_t i = 0; i < observations_.size(); ++i) {
+    EdgeObservation& o = observations_[i];
+    o.chosen = -1;
+    const Vector3d& p = model_.samples[static_cast<size_t>(o.sample)].p;
+    const auto projection = camera_.projectWithJacobian(R * p + T.translation);
+    if (!projection) continue;
+    const double moved = o.normal.dot(projection->u_px - o.u_px);
+    double smallest = 1e9;
+    for (int k = 0; k < o.candidate_count; ++k) {
+      const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
+      const double distance =
+          std::abs(moved - c.offset_px) + (c.like_before ? 0 : options_.contrast_penalty_px);
+      if (distance >= smallest) continue;
+      smallest = distance;
+      o.chosen = k;
+      o.residual_px = moved - c.offset_px;
+    }
+    if (o.chosen < 0) continue;
+    const Vector3d a = (o.normal.transpose() * projection->J * R).transpose();
+    jacobians[i] << a, p.cross(a);
+    absolute_.push_back(std::abs(o.residual_px));
+  }
+  equations.residuals = static_cast<int>(absolute_.size());
+  equations.sigma_px = std::max(robustScale(absolute_), smallest_sigma_px_);
+  for (size_t i = 0; i < observations_.size(); ++i) {
+    const EdgeObservation& o = observations_[i];
+    if (o.chosen < 0) continue;
+    const double weight = tukeyWeight(o.residual_px / equations.sigma_px, options_.tukey_constant);
+    if (weight > 0)
+      equations.add(jacobians[i], o.residual_px,
+                    weight / (equations.sigma_px * equations.sigma_px));
+  }
+  return equations;
+}
+
+}  // namespace diorama

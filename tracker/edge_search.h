@@ -1,0 +1,98 @@
+// Finds the edges of the model in the image: visible samples of a pose, and candidates for each
+// along its projected normal.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/image.h"
+#include "core/ray_query.h"
+#include "tracker/edge_model.h"
+#include "tracker/pose_solver.h"
+
+namespace diorama {
+
+// Grey values across an edge, along its projected normal.
+struct Contrast {
+  float gradient = 0;  // grey levels: half the height of the step, signed; 0 = never seen
+  float before = 0;    // grey value 2.5 px before the edge
+  float after = 0;     // ... and behind it
+};
+
+struct EdgeCandidate {
+  double offset_px = 0;  // along the normal from the projected sample
+  Contrast contrast;
+  bool like_before = true;  // one side looks as remembered
+};
+
+struct EdgeObservation {
+  static constexpr int kMaxCandidates = 3;
+  int sample = 0;
+  Vector2d u_px;    // where the sample projected when the search was made
+  Vector2d normal;  // unit, of the projected edge
+  int candidate_count = 0;
+  std::array<EdgeCandidate, kMaxCandidates> candidates;  // the strongest
+  int chosen = -1;                                       // by EdgeCue; -1 = none
+  double residual_px = 0;
+};
+
+// Sub-pixel places of intensity edges in a profile with a spacing of 1 px: extrema of the smoothed
+// derivative above min_gradient, refined by a parabola. The first and last 3 values are margin.
+// Appends at most `capacity` candidates, the strongest; offset 0 is the middle of the profile.
+int findProfileEdges(const float* profile, int length, float min_gradient, EdgeCandidate* out,
+                     int capacity);
+
+class EdgeSearch {
+ public:
+  // All references must outlive this object.
+  EdgeSearch(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
+             const TrackerOptions& options);
+
+  // Samples that project into the image and are not hidden by the object itself, at most
+  // max_samples, about sample_step_px apart.
+  std::vector<int> visibleSamples(const SE3& T_camera_model) const;
+
+  // Candidates of the given samples within range_px. memory[sample] is the remembered contrast.
+  // Samples without a candidate are left out.
+  std::vector<EdgeObservation> search(const Image<uint8_t>& image, const SE3& T_camera_model,
+                                      const std::vector<int>& samples,
+                                      const std::vector<Contrast>& memory, int range_px) const;
+
+ private:
+  struct Line;  // a projected sample with its normal
+  std::optional<Line> projectSample(const SE3& T_camera_model, const Matrix3d& R, int sample) const;
+  bool observe(const Image<uint8_t>& image, const Line& line, const Contrast& remembered,
+               int range_px, EdgeObservation& out) const;
+
+  const EdgeModel& model_;
+  const Camera& camera_;
+  const RayQuery& rays_;
+  int object_;
+  const TrackerOptions& options_;
+};
+
+// Distances of projected samples to their best candidates: r = n . (u(T) - u_found).
+class EdgeCue : public Cue {
+ public:
+  EdgeCue(const EdgeModel& model, const Camera& camera, const TrackerOptions& options,
+          std::vector<EdgeObservation>& observations, double smallest_sigma_px)
+      : model_(model),
+        camera_(camera),
+        options_(options),
+        observations_(observations),
+        smallest_sigma_px_(smallest_sigma_px) {}
+
+  // Chooses each observation's candidate anew, and leaves its residual there.
+  CueEquations linearise(const SE3& T_camera_model) override;
+
+ private:
+  const EdgeModel& model_;
+  const Camera& camera_;
+  const TrackerOptions& options_;
+  std::vector<EdgeObservation>& observations_;
+  double smallest_sigma_px_;
+  std::vector<double> absolute_;
+};
+
+}  // namespace diorama

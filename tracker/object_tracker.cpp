@@ -1,0 +1,345 @@
+// The main path of the tracker. A frame, in track():
+//
+//   predict        constant velocity, or the given start
+//   align          grey values of the last good frame, coarse to fine: carries large motions
+//   refine         rounds of {search edges along normals, robust Gauss-Newton with texture patches}
+//   assess         health: do the edges and the texture agree with the pose?
+//   rescue         when they do not: screened random starts, aligned and refined
+//   remember       when they do: contrast of the edges, reference pixels, keyframe of the patches
+//
+// Poses inside are T_camera_model, the model frame being the object frame moved to the box centre.
+#include "tracker/object_tracker.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/errors.h"
+#include "core/random.h"
+#include "tracker/direct_alignment.h"
+#include "tracker/edge_model.h"
+#include "tracker/edge_search.h"
+#include "tracker/health.h"
+#include "tracker/image_pyramid.h"
+#include "tracker/pose_solver.h"
+#include "tracker/texture_cue.h"
+
+namespace diorama {
+namespace {
+
+// Standard deviations of a direction that nothing was measured about.
+constexpr double kUnknownSigmaM = 1.0;
+constexpr double kUnknownSigmaRad = 1.0;
+
+// A pose with everything that was found out about it.
+struct Estimate {
+  SE3 T_camera_model;
+  Matrix6d hessian = Matrix6d::Zero();
+  std::vector<EdgeObservation> observations;
+  TrackHealth health;
+};
+
+}  // namespace
+
+class EdgeTracker::Implementation {
+ public:
+  Implementation(ObjectModel object, Camera camera, std::shared_ptr<const RayQuery> rays,
+                 int object_index, TrackerOptions options, std::string source_name);
+
+  ObjectMeasurement track(const Frame& frame, const std::optional<ObjectPrediction>& start);
+
+ private:
+  enum class State { kWaiting, kTracking, kDoubtful, kLost };
+
+  SE3 predict(int64_t timestamp_ns) const;
+  SE3 alignFromLast(const SE3& predicted);
+  Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
+  Estimate rescue(const SE3& predicted, uint32_t frame_index);
+  double edgeScore(const SE3& T) const;
+  void remember(const Estimate& estimate, int64_t timestamp_ns);
+  void learnContrast(const std::vector<EdgeObservation>& observations);
+  ObjectMeasurement report(const Frame& frame, const Estimate& estimate) const;
+  ObjectMeasurement notClaimed(const Frame& frame, const std::string& reason) const;
+
+  double pixelMotion(const SE3& a, const SE3& b) const;
+  SE3 toModel(const SE3& T_camera_object) const;
+  SE3 toObject(const SE3& T_camera_model) const;
+  std::vector<int> searchRanges() const {
+    return {options_.wide_search_px, options_.narrow_search_px};
+  }
+
+  const TrackerOptions options_;
+  const std::string source_name_, object_name_;
+  const Camera camera_;
+  const std::shared_ptr<const RayQuery> rays_;
+  const EdgeModel model_;
+  const EdgeSearch search_;
+  DirectAlignment direct_;
+  TextureCue texture_;
+  ImagePyramid image_;
+  std::vector<Contrast> memory_;  // one per sample of the model
+
+  State state_ = State::kWaiting;
+  SE3 T_last_;  // T_camera_model of the last frame that was not lost
+  int64_t last_ns_ = 0;
+  std::optional<Vector6d> velocity_;  // of the model in its own frame, 1/s
+  double usual_cost_ = -1;            // of the direct alignment when it went well; -1 = unknown
+};
+
+EdgeTracker::Implementation::Implementation(ObjectModel object, Camera camera,
+                                            std::shared_ptr<const RayQuery> rays, int object_index,
+                                            TrackerOptions options, std::string source_name)
+    : options_(options),
+      source_name_(std::move(source_name)),
+      object_name_(object.name),
+      camera_(std::move(camera)),
+      rays_(std::move(rays)),
+      model_(makeEdgeModel(object.mesh, options_)),
+      search_(model_, camera_, *rays_, object_index, options_),
+      direct_(model_, camera_, *rays_, object_index, options_),
+      texture_(model_, camera_, *rays_, object_index, options_),
+      memory_(model_.samples.size()) {
+  if (model_.edges.empty())
+    throw InputError(SourcePlace{object_name_}, "the mesh has no edges that can be seen",
+                     "give a mesh with faces of non-zero area");
+}
+
+ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
+                                                     const std::optional<ObjectPrediction>& start) {
+  if (frame.gray.width != camera_.width() || frame.gray.height != camera_.height())
+    return notClaimed(frame, "the image has another size than the camera");
+  if (start && !start->T_camera_object.isFinite())
+    return notClaimed(frame, "the start is not finite");
+  if (start) {
+    velocity_.reset();
+    T_last_ = toModel(start->T_camera_object);
+  } else if (state_ == State::kWaiting) {
+    return notClaimed(frame, "no pose to start from");
+  }
+  image_.build(frame.gray);
+
+  const SE3 predicted = start ? T_last_ : predict(frame.timestamp_ns);
+  Estimate estimate;
+  if (start) {
+    std::vector<int> ranges = searchRanges();
+    ranges.insert(ranges.begin(), options_.start_search_px);
+    estimate = refine(predicted, ranges);
+  } else {
+    estimate = refine(alignFromLast(predicted), searchRanges());
+  }
+  if (estimate.health.value < options_.claim_health && direct_.ready()) {
+    Estimate rescued = rescue(predicted, static_cast<uint32_t>(frame.index));
+    if (rescued.health.value > estimate.health.value) estimate = std::move(rescued);
+  }
+
+  if (estimate.health.value < options_.lost_health) {
+    // Hold the last pose, the reference and the contrast: the object may reappear.
+    state_ = State::kLost;
+    velocity_.reset();
+    return notClaimed(frame, "lost: " + estimate.health.reason);
+  }
+  const bool good = estimate.health.value >= options_.claim_health;
+  if (good && state_ == State::kTracking && !start) {
+    const double seconds = 1e-9 * static_cast<double>(frame.timestamp_ns - last_ns_);
+    if (seconds > 0) velocity_ = log(T_last_.inverse() * estimate.T_camera_model) / seconds;
+  }
+  state_ = good ? State::kTracking : State::kDoubtful;
+  T_last_ = estimate.T_camera_model;
+  last_ns_ = frame.timestamp_ns;
+  if (good) remember(estimate, frame.timestamp_ns);
+  return report(frame, estimate);
+}
+
+SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
+  if (!velocity_) return T_last_;
+  // After a long gap the old velocity says nothing.
+  constexpr double kLongestExtrapolation_s = 0.5;
+  const double seconds =
+      std::min(1e-9 * static_cast<double>(timestamp_ns - last_ns_), kLongestExtrapolation_s);
+  return T_last_ * exp(*velocity_ * seconds);
+}
+
+// Direct alignment from the prediction, and from the last pose when that ended badly.
+SE3 EdgeTracker::Implementation::alignFromLast(const SE3& predicted) {
+  if (!direct_.ready()) return predicted;
+  DirectAlignment::Result best = direct_.align(image_, predicted);
+  const bool bad = usual_cost_ < 0 || best.cost > 1.5 * (usual_cost_ + 0.5);
+  if (bad && pixelMotion(best.T_camera_model, T_last_) > 4) {
+    const DirectAlignment::Result other = direct_.align(image_, T_last_);
+    if (other.cost < best.cost) best = other;
+  }
+  usual_cost_ = usual_cost_ < 0
+                    ? best.cost
+                    : usual_cost_ + 0.2 * (std::min(best.cost, 2 * usual_cost_ + 1) - usual_cost_);
+  // It can lock onto a static textured occluder: after a large step the edges vote.
+  if (pixelMotion(best.T_camera_model, predicted) > options_.direct_vote_px &&
+      edgeScore(predicted) > edgeScore(best.T_camera_model) + 0.1)
+    return predicted;
+  return best.T_camera_model;
+}
+
+Estimate EdgeTracker::Implementation::refine(const SE3& start,
+                                             const std::vector<int>& search_ranges_px) {
+  Estimate estimate;
+  estimate.T_camera_model = start;
+  SE3& T = estimate.T_camera_model;
+  SE3 T_samples = start, T_texture = start;
+  std::vector<int> samples = search_.visibleSamples(T);
+  SolverLimits limits;
+  limits.iterations = options_.solver_iterations;
+  limits.damping = options_.damping;
+  limits.model_diameter = model_.diameter;
+  texture_.align(image_.level(0), T);
+
+  for (size_t round = 0; round < search_ranges_px.size(); ++round) {
+    const bool last = round + 1 == search_ranges_px.size();
+    if (pixelMotion(T, T_samples) > 4) samples = search_.visibleSamples(T_samples = T);
+    if (pixelMotion(T, T_texture) > 3) texture_.align(image_.level(0), T_texture = T);
+    estimate.observations =
+        search_.search(image_.level(0), T, samples, memory_, search_ranges_px[round]);
+    EdgeCue edges(model_, camera_, options_, estimate.observations,
+                  last ? options_.narrow_sigma_px : options_.wide_sigma_px);
+    Cue* const cues[] = {&edges, &texture_};
+    const PoseSolution solution = solvePose(T, cues, limits);
+    T = solution.T_camera_model;
+    estimate.hessian = solution.hessian;
+  }
+  estimate.health = assessHealth(samples.size(), estimate.observations, texture_, options_);
+  return estimate;
+}
+
+// Random poses around the prediction and around the last pose are screened by their grey values
+// alone, the best are aligned coarsely, and the best of these is refined.
+Estimate EdgeTracker::Implementation::rescue(const SE3& predicted, uint32_t frame_index) {
+  const Random random(static_cast<uint64_t>(options_.seed), RandomStream::kTracker);
+  struct Start {
+    double cost;
+    SE3 T;
+  };
+  std::vector<Start> starts;
+  const double depth = T_last_.translation.z();
+  for (int k = 0; k < options_.rescue_screened; ++k) {
+    SE3 T = k % 2 == 1 ? T_last_ : predicted;
+    if (k > 1) {
+      const uint64_t index = 2 * static_cast<uint64_t>(k);
+      const auto a = random.normal(frame_index, index), b = random.normal(frame_index, index + 1);
+      Vector6d xi;
+      xi << 0.5 * depth * options_.rescue_sigma * Vector3d(a[0], a[1], a[2]),
+          2 * options_.rescue_sigma * Vector3d(b[0], b[1], b[2]);
+      T = T * exp(xi);
+    }
+    starts.push_back({direct_.screen(image_, T, static_cast<size_t>(k) % 4), T});
+  }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.cost < b.cost; });
+  starts.resize(std::min(starts.size(), static_cast<size_t>(options_.rescue_starts)));
+
+  DirectAlignment::Result best{predicted, 1e9};
+  for (const Start& start : starts) {
+    constexpr int coarse = DirectAlignment::kCoarseLevel;
+    const DirectAlignment::Result result = direct_.align(image_, start.T, coarse, coarse);
+    if (result.cost < best.cost) best = result;
+  }
+  return refine(direct_.align(image_, best.T_camera_model).T_camera_model, searchRanges());
+}
+
+// The share of visible samples with an edge nearby.
+double EdgeTracker::Implementation::edgeScore(const SE3& T) const {
+  const std::vector<int> samples = search_.visibleSamples(T);
+  if (samples.size() < static_cast<size_t>(options_.min_samples)) return 0;
+  int near = 0;
+  for (const EdgeObservation& o : search_.search(image_.level(0), T, samples, memory_, 4)) {
+    bool found = false;
+    for (int k = 0; k < o.candidate_count; ++k) {
+      const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
+      found |= c.like_before && std::abs(c.offset_px) < 2.5;
+    }
+    near += found;
+  }
+  return near / static_cast<double>(samples.size());
+}
+
+void EdgeTracker::Implementation::remember(const Estimate& estimate, int64_t) {
+  learnContrast(estimate.observations);
+  direct_.setReference(image_, T_last_);
+  if (texture_.empty() || texture_.keyframeNeeded(T_last_))
+    texture_.setKeyframe(image_.level(0), T_last_);
+}
+
+void EdgeTracker::Implementation::learnContrast(const std::vector<EdgeObservation>& observations) {
+  constexpr float kRate = 0.3f;  // of a running mean over some three frames
+  for (const EdgeObservation& o : observations) {
+    if (o.chosen < 0 || std::abs(o.residual_px) >= options_.inlier_px) continue;
+    const Contrast& seen = o.candidates[static_cast<size_t>(o.chosen)].contrast;
+    Contrast& known = memory_[static_cast<size_t>(o.sample)];
+    const float rate = known.gradient == 0 ? 1 : kRate;
+    known.gradient += rate * (seen.gradient - known.gradient);
+    known.before += rate * (seen.before - known.before);
+    known.after += rate * (seen.after - known.after);
+  }
+}
+
+ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame,
+                                                      const Estimate& estimate) const {
+  ObjectMeasurement m;
+  m.source = source_name_;
+  m.object = object_name_;
+  m.timestamp_ns = frame.timestamp_ns;
+  m.T_camera_object = toObject(estimate.T_camera_model);
+  const Matrix6d covariance =
+      options_.covariance_inflation *
+      covarianceFromHessian(estimate.hessian, kUnknownSigmaM, kUnknownSigmaRad);
+  // T_camera_object = T_camera_model * shift, and exp(xi) moves through the shift by its adjoint.
+  const Matrix6d move = adjoint(SE3{Eigen::Quaterniond::Identity(), model_.centre_object});
+  m.covariance = move * covariance * move.transpose();
+  m.health = estimate.health.value;
+  const double sigma_m = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
+  const double sigma_rad = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
+  m.reason = estimate.health.reason;
+  if (m.reason.empty() &&
+      (sigma_m > options_.claim_sigma_m || sigma_rad > options_.claim_sigma_rad))
+    m.reason = "the pose is too uncertain";
+  m.claimed = m.reason.empty();
+  return m;
+}
+
+ObjectMeasurement EdgeTracker::Implementation::notClaimed(const Frame& frame,
+                                                          const std::string& reason) const {
+  ObjectMeasurement m;
+  m.source = source_name_;
+  m.object = object_name_;
+  m.timestamp_ns = frame.timestamp_ns;
+  m.T_camera_object = toObject(T_last_);
+  m.reason = reason;
+  return m;
+}
+
+// About how far the projection moves between two poses, px.
+double EdgeTracker::Implementation::pixelMotion(const SE3& a, const SE3& b) const {
+  const double moved = (a.translation - b.translation).norm();
+  const double turned = std::numbers::sqrt2 * angleBetween(a.rotation, b.rotation);
+  return camera_.fx() / a.translation.z() * (moved + 0.35 * model_.diameter * turned);
+}
+
+SE3 EdgeTracker::Implementation::toModel(const SE3& T_camera_object) const {
+  return T_camera_object * SE3{Eigen::Quaterniond::Identity(), model_.centre_object};
+}
+
+SE3 EdgeTracker::Implementation::toObject(const SE3& T_camera_model) const {
+  return T_camera_model * SE3{Eigen::Quaterniond::Identity(), -model_.centre_object};
+}
+
+EdgeTracker::EdgeTracker(ObjectModel model, Camera camera, std::shared_ptr<const RayQuery> rays,
+                         int object_index_in_ray_query, TrackerOptions options,
+                         std::string source_name)
+    : implementation_(std::make_unique<Implementation>(std::move(model), std::move(camera),
+                                                       std::move(rays), object_index_in_ray_query,
+                                                       options, std::move(source_name))) {}
+
+EdgeTracker::~EdgeTracker() = default;
+
+ObjectMeasurement EdgeTracker::track(const Frame& frame,
+                                     const std::optional<ObjectPrediction>& start) {
+  return implementation_->track(frame, start);
+}
+
+}  // namespace diorama

@@ -1,0 +1,74 @@
+// Small patches of a keyframe on flat parts of the object, found again by translation: the cue for
+// printed surfaces, whose inside says more than their outline.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/ray_query.h"
+#include "tracker/edge_model.h"
+#include "tracker/image_pyramid.h"
+#include "tracker/pose_solver.h"
+
+namespace diorama {
+
+class TextureCue : public Cue {
+ public:
+  // All references must outlive this object.
+  TextureCue(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
+             const TrackerOptions& options);
+
+  // Takes new patches from this image. There may be none.
+  void setKeyframe(const Image<uint8_t>& image, const SE3& T_camera_model);
+  void forget() { patches_.clear(); }
+  bool empty() const { return patches_.empty(); }
+
+  // Whether the view has changed so much that new patches should be taken.
+  bool keyframeNeeded(const SE3& T_camera_model) const;
+
+  // Finds the patches near where the pose says.
+  void align(const Image<uint8_t>& image, const SE3& T_camera_model);
+
+  // Distances of projected patch centres to where they were found.
+  CueEquations linearise(const SE3& T_camera_model) override;
+
+  // Patches that were found within max_distance_px of where the last linearisation saw them, and
+  // all that could have been found (inside the image, facing the camera).
+  struct Agreement {
+    int agreeing = 0;
+    int expected = 0;
+  };
+  Agreement agreement(double max_distance_px) const;
+
+ private:
+  static constexpr int kRadius = 4;  // px
+  static constexpr size_t kPixels = (2 * kRadius + 1) * (2 * kRadius + 1);
+  using Values = std::array<float, kPixels>;
+
+  struct Patch {
+    Vector3d p, along_x, along_y;  // m, model frame: centre, and one pixel to the right and down
+    Values grey, gradient_x, gradient_y;  // grey without its mean
+    Matrix2d inverse_hessian;
+    float norm = 0;  // of grey
+    // In the current image:
+    bool expected = false, found = false;
+    Vector2d u_px;
+    double distance_px = 0;
+  };
+
+  void addPatch(const Image<uint8_t>& image, const SE3& T, const Vector2d& u_px);
+  bool fillValues(const Image<uint8_t>& image, int x, int y, Patch& patch) const;
+  void alignPatch(const Image<uint8_t>& image, const SE3& T, Patch& patch) const;
+
+  const EdgeModel& model_;
+  const Camera& camera_;
+  const RayQuery& rays_;
+  int object_;
+  const TrackerOptions& options_;
+  std::vector<Patch> patches_;
+  SE3 T_keyframe_;
+  std::vector<double> absolute_;
+};
+
+}  // namespace diorama
