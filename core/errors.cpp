@@ -25,6 +25,10 @@ InputError::InputError(const SourcePlace& place, const std::string& what, const 
 MissingInputError::MissingInputError(const std::filesystem::path& file, const std::string& hint)
     : Error(kExitMissingInput, withHint(file.string() + ": no such file, or not readable", hint)) {}
 
+MissingInputError::MissingInputError(const SourcePlace& place, const std::string& what,
+                                     const std::string& hint)
+    : Error(kExitMissingInput, withHint(place.toString() + ": " + what, hint)) {}
+
 OutputError::OutputError(const std::filesystem::path& file, const std::string& what)
     : Error(kExitOutput, file.string() + ": " + what) {}
 

@@ -49,6 +49,8 @@ class InputError : public Error {
 class MissingInputError : public Error {
  public:
   explicit MissingInputError(const std::filesystem::path& file, const std::string& hint = "");
+  // The same, with the place that names the file.
+  MissingInputError(const SourcePlace& place, const std::string& what, const std::string& hint);
 };
 
 // An output that could not be written (74).

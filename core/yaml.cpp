@@ -140,6 +140,13 @@ std::optional<YamlValue> YamlMap::find(const std::string& key) {
   return YamlValue(child, file_, join(path_, key));
 }
 
+std::vector<std::string> YamlMap::keys() const {
+  std::vector<std::string> keys;
+  for (const auto& entry : node_)
+    if (entry.first.IsScalar()) keys.push_back(entry.first.Scalar());
+  return keys;
+}
+
 YamlValue YamlMap::require(const std::string& key) {
   std::optional<YamlValue> value = find(key);
   if (!value) fail("lacks the key `" + key + "`");

@@ -57,6 +57,8 @@ class YamlMap {
   YamlValue require(const std::string& key);
   std::optional<YamlValue> find(const std::string& key);
   bool has(const std::string& key) { return find(key).has_value(); }
+  // All keys that are texts, in the order of the file; for mappings whose keys are names.
+  std::vector<std::string> keys() const;
   void finish() const;
 
   SourcePlace place() const;

@@ -72,7 +72,7 @@ struct SimulatedOdometryOptions {
 };
 
 struct Scene {
-  std::string name;  // of the file, without extension
+  std::string name;   // of the file, without extension
   uint64_t seed = 1;  // of everything random
   CameraParameters camera;
   double rate_hz = 30;

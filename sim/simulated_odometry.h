@@ -5,10 +5,10 @@
 //   rho = bias_m_per_m * R_true^T t_true + n_rho,   phi = bias_rad_s * dt * e_y + n_phi,
 //   var(n_rho) per axis = drift_m_per_m^2 * l / 3 + noise_m^2,
 //   var(n_phi) per axis = (drift_rad_per_rad^2 * a + drift_rad_per_m^2 * l) / 3 + noise_rad^2,
-// so that the drift is a random walk whose 3D error has the standard deviation `drift_m_per_m` after
-// one metre of path and `drift_rad_per_rad` after one radian, for any frame rate (a step of l metres
-// gets the share l of the variance). The two biases are constant and enter the covariance as if they
-// were random.
+// so that the drift is a random walk whose 3D error has the standard deviation `drift_m_per_m`
+// after one metre of path and `drift_rad_per_rad` after one radian, for any frame rate (a step of l
+// metres gets the share l of the variance). The two biases are constant and enter the covariance as
+// if they were random.
 #pragma once
 
 #include <optional>
