@@ -13,7 +13,7 @@ DESK = (1.6, 0.8, 0.028)
 CEILING_LIGHT = {"center": (0.0, 0.0, 1.80), "half_u": (0.44, 0.0, 0.0),
                  "half_v": (0.0, -0.28, 0.0), "radiance": (50.0, 45.0, 37.0)}
 WINDOW_LIGHT = {"center": (-2.46, 0.15, 0.62), "half_u": (0.0, 0.55, 0.0),
-                "half_v": (0.0, 0.0, 0.55), "radiance": (4.5, 5.4, 6.8)}
+                "half_v": (0.0, 0.0, 0.55), "radiance": (7.0, 8.2, 10.0)}
 
 
 def quad(corners, mat, rect=(0, 0, 1, 1)):
@@ -46,8 +46,8 @@ def add_desk(model):
 
 
 def add_shell(model):
-    model.images["floor.jpg"] = picture(surfaces.parquet(1024, 2.5, 21))
-    model.images["wall.jpg"] = picture(surfaces.plaster(512, "#dcd8cf", 22))
+    model.images["floor.jpg"] = picture(surfaces.parquet(2048, 2.5, 21))
+    model.images["wall.jpg"] = picture(surfaces.plaster(1024, "#d9d5cb", 22))
     model.material("floor", image="floor.jpg", ks=0.04, ns=60)
     model.material("wall", image="wall.jpg", ks=0.01, ns=10)
     model.material("ceiling", image="wall.jpg", ks=0.01, ns=5)
@@ -77,9 +77,7 @@ def light_quad(light, mat, back, rect=(0, 0, 1, 1), grow=1.0):
 
 def add_lights(model):
     model.material("lamp_glow", ke=CEILING_LIGHT["radiance"], kd=(0.8, 0.8, 0.8), ks=0.0)
-    model.material("window_glow", ke=WINDOW_LIGHT["radiance"], kd=(0.5, 0.5, 0.5), ks=0.0)
     model.add("lamp_panel", light_quad(CEILING_LIGHT, "lamp_glow", 0.001))
-    model.add("window_view", light_quad(WINDOW_LIGHT, "window_glow", 0.001))
 
 
 def environment_yaml():
