@@ -4,12 +4,15 @@
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <assimp/DefaultIOSystem.h>
+#include <assimp/IOStream.hpp>
 
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <fstream>
+#include <memory>
+#include <stdexcept>
 #include <string>
 
 #include "core/errors.h"
@@ -22,6 +25,35 @@ namespace {
 
 constexpr float kMaxCoordinate_m = 1e5f;
 constexpr double kSmoothingAngle_deg = 45;
+
+// Some of assimp's parsers read on for ever behind the end of a file that was cut off.
+class GuardedStream : public Assimp::IOStream {
+ public:
+  explicit GuardedStream(std::unique_ptr<Assimp::IOStream> file) : file_(std::move(file)) {}
+  size_t Read(void* to, size_t size, size_t count) override {
+    const size_t read = file_->Read(to, size, count);
+    if (read == 0 && ++reads_at_end_ > 1000) throw std::runtime_error("it ends too early");
+    return read;
+  }
+  size_t Write(const void*, size_t, size_t) override { return 0; }
+  aiReturn Seek(size_t offset, aiOrigin origin) override { return file_->Seek(offset, origin); }
+  size_t Tell() const override { return file_->Tell(); }
+  size_t FileSize() const override { return file_->FileSize(); }
+  void Flush() override {}
+
+ private:
+  std::unique_ptr<Assimp::IOStream> file_;
+  int reads_at_end_ = 0;
+};
+
+class GuardedFiles : public Assimp::DefaultIOSystem {
+ public:
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    std::unique_ptr<Assimp::IOStream> stream(Assimp::DefaultIOSystem::Open(file, mode));
+    return stream ? new GuardedStream(std::move(stream)) : nullptr;
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+};
 
 std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
 
@@ -93,6 +125,7 @@ const aiScene& parse(const fs::path& file, Assimp::Importer& importer) {
   importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE,
                             static_cast<ai_real>(kSmoothingAngle_deg));
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetIOHandler(new GuardedFiles);  // the importer owns it
   try {
     // First only read: the later steps trust what they are given.
     const aiScene* scene = importer.ReadFile(file.string(), 0);

@@ -1,0 +1,59 @@
+// What draws a frame: the light that arrives at the sensor, and the truth seen by the same camera.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/image.h"
+#include "core/se3.h"
+
+namespace diorama {
+
+enum class RenderQuality {
+  kDraft,     // one sample a pixel, no blur
+  kStandard,  // four to sixteen, more on edges
+  kHigh       // sixteen and more
+};
+
+struct RenderOptions {
+  RenderQuality quality = RenderQuality::kStandard;
+  int threads = 0;  // 0: as many as the machine has; the picture does not depend on it
+};
+
+// The camera during one exposure.
+struct ExposureMotion {
+  // T_world_camera at a fraction of the exposure in [-0.5, 0.5]; 0 is the middle, where truth holds.
+  std::function<SE3(double)> pose;
+  bool blur = true;  // false: the middle pose holds for the whole exposure
+};
+
+struct Radiance {
+  float r = 0, g = 0, b = 0;  // linear
+  friend bool operator==(const Radiance&, const Radiance&) = default;
+};
+
+// One tracked object alone, as if nothing stood before it. Pixel centres are tested, at the
+// exposure's middle. px_all counts the pixel grid continued beyond the image, one image's width and
+// height to every side; where the camera model ends, the grid goes on with the focal length of a
+// pinhole.
+struct Silhouette {
+  Image<uint8_t> mask;  // inside the image, 0 or 255
+  int px_all = 0;
+  int px_valid = 0;    // inside the image
+  int px_visible = 0;  // not hidden by others
+};
+
+struct RenderedFrame {
+  Image<Radiance> radiance;           // mean over pixel area and exposure; black where no ray is
+  Image<float> depth_m;               // Z at the pixel centre; 0 = nothing hit
+  Image<uint16_t> instance_id;        // i + 1 for Scene::objects[i], else 0
+  std::vector<Silhouette> silhouettes;  // tracked objects, in the order of the scene
+};
+
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  virtual RenderedFrame render(const ExposureMotion& motion) const = 0;
+};
+
+}  // namespace diorama

@@ -1,0 +1,147 @@
+// Eight numbers at a time: the arithmetic of GCC's vector extensions plus what they lack. AVX2
+// instructions are used where the target has them; elsewhere the same results come from loops.
+// Masks are Int8 with 0 or -1 per lane.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"  // without AVX such values pass through memory: fine
+
+namespace diorama::simd {
+
+using Float8 = float __attribute__((vector_size(32)));
+using Int8 = int __attribute__((vector_size(32)));
+
+inline Float8 splat(float x) { return Float8{x, x, x, x, x, x, x, x}; }
+inline Int8 splat(int x) { return Int8{x, x, x, x, x, x, x, x}; }
+
+inline Float8 load(const float* p) {
+  Float8 v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+inline void store(float* p, Float8 v) { std::memcpy(p, &v, sizeof v); }
+inline Float8 load2(const float* low, const float* high) {  // four lanes from each
+  Float8 v;
+  std::memcpy(&v, low, 16);
+  std::memcpy(reinterpret_cast<char*>(&v) + 16, high, 16);
+  return v;
+}
+
+inline Float8 asFloat(Int8 v) { return reinterpret_cast<Float8>(v); }
+inline Int8 asInt(Float8 v) { return reinterpret_cast<Int8>(v); }
+inline Float8 toFloat(Int8 v) { return __builtin_convertvector(v, Float8); }
+inline Int8 toInt(Float8 v) { return __builtin_convertvector(v, Int8); }  // towards zero
+
+#ifdef __AVX2__
+inline Float8 select(Int8 mask, Float8 a, Float8 b) { return _mm256_blendv_ps(b, a, asFloat(mask)); }
+inline Int8 select(Int8 mask, Int8 a, Int8 b) { return asInt(select(mask, asFloat(a), asFloat(b))); }
+inline Float8 min(Float8 a, Float8 b) { return _mm256_min_ps(a, b); }
+inline Float8 max(Float8 a, Float8 b) { return _mm256_max_ps(a, b); }
+inline Int8 min(Int8 a, Int8 b) {
+  return reinterpret_cast<Int8>(
+      _mm256_min_epi32(reinterpret_cast<__m256i>(a), reinterpret_cast<__m256i>(b)));
+}
+inline Int8 max(Int8 a, Int8 b) {
+  return reinterpret_cast<Int8>(
+      _mm256_max_epi32(reinterpret_cast<__m256i>(a), reinterpret_cast<__m256i>(b)));
+}
+inline Float8 sqrt(Float8 a) { return _mm256_sqrt_ps(a); }
+inline Float8 floor(Float8 a) { return _mm256_floor_ps(a); }
+inline int bits(Int8 mask) { return _mm256_movemask_ps(asFloat(mask)); }
+inline Int8 gather(const int* base, Int8 index) {
+  return reinterpret_cast<Int8>(_mm256_i32gather_epi32(base, reinterpret_cast<__m256i>(index), 4));
+}
+inline Int8 multiplyLow16(Int8 a, Int8 b) {  // of sixteen 16-bit halves
+  return reinterpret_cast<Int8>(
+      _mm256_mullo_epi16(reinterpret_cast<__m256i>(a), reinterpret_cast<__m256i>(b)));
+}
+#else
+inline Int8 select(Int8 mask, Int8 a, Int8 b) { return (mask & a) | (~mask & b); }
+inline Float8 select(Int8 mask, Float8 a, Float8 b) {
+  return asFloat(select(mask, asInt(a), asInt(b)));
+}
+inline Float8 min(Float8 a, Float8 b) { return select(a < b, a, b); }
+inline Float8 max(Float8 a, Float8 b) { return select(a > b, a, b); }
+inline Int8 min(Int8 a, Int8 b) { return select(a < b, a, b); }
+inline Int8 max(Int8 a, Int8 b) { return select(a > b, a, b); }
+inline Float8 sqrt(Float8 a) {
+  for (int i = 0; i < 8; ++i) a[i] = std::sqrt(a[i]);
+  return a;
+}
+inline Float8 floor(Float8 a) {
+  for (int i = 0; i < 8; ++i) a[i] = std::floor(a[i]);
+  return a;
+}
+inline int bits(Int8 mask) {
+  int result = 0;
+  for (int i = 0; i < 8; ++i) result |= (mask[i] < 0) << i;
+  return result;
+}
+inline Int8 gather(const int* base, Int8 index) {
+  Int8 v;
+  for (int i = 0; i < 8; ++i) v[i] = base[index[i]];
+  return v;
+}
+inline Int8 multiplyLow16(Int8 a, Int8 b) {
+  using Short16 = uint16_t __attribute__((vector_size(32)));
+  return reinterpret_cast<Int8>(reinterpret_cast<Short16>(a) * reinterpret_cast<Short16>(b));
+}
+#endif
+
+inline Float8 abs(Float8 a) { return asFloat(asInt(a) & splat(0x7fffffff)); }
+inline Float8 clamp(Float8 a, float low, float high) { return min(max(a, splat(low)), splat(high)); }
+inline Float8 gather(const float* base, Int8 index) {
+  return asFloat(gather(reinterpret_cast<const int*>(base), index));
+}
+inline Float8 inverseSqrt(Float8 a) { return splat(1.f) / sqrt(a); }
+
+inline Int8 firstLanes(int count) {  // mask of lanes 0 .. count - 1
+  const Int8 lane = {0, 1, 2, 3, 4, 5, 6, 7};
+  return lane < splat(count);
+}
+
+// log2 of a positive number, within 0.01: exponent plus a parabola for the mantissa.
+inline Float8 log2Approximately(Float8 x) {
+  const Int8 b = asInt(x);
+  const Float8 exponent = toFloat((b >> 23) - 127);
+  const Float8 m = asFloat((b & splat(0x007fffff)) | splat(0x3f800000));
+  return exponent + (splat(-1.f / 3) * m + splat(2.f)) * m - splat(5.f / 3);
+}
+
+inline float sum(Float8 v) {  // in a fixed order
+  return ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]));
+}
+
+struct Vector8 {  // eight vectors of three
+  Float8 x, y, z;
+};
+inline Vector8 operator+(const Vector8& a, const Vector8& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Vector8 operator-(const Vector8& a, const Vector8& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Vector8 operator*(const Vector8& a, Float8 s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Vector8 operator*(const Vector8& a, const Vector8& b) {
+  return {a.x * b.x, a.y * b.y, a.z * b.z};
+}
+inline Float8 dot(const Vector8& a, const Vector8& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vector8 splat3(float x, float y, float z) { return {splat(x), splat(y), splat(z)}; }
+template <class V>
+Vector8 splat3(const V& v) {
+  return splat3(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]));
+}
+inline Vector8 select(Int8 mask, const Vector8& a, const Vector8& b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+}
+
+}  // namespace diorama::simd
+
+#pragma GCC diagnostic pop
