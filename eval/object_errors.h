@@ -1,4 +1,4 @@
-// Errors of an object's pose over a sequence: the metrics of docs about `metrics.json`.
+// Errors of an object's pose over a sequence: the metrics of `metrics.json`.
 #pragma once
 
 #include <optional>

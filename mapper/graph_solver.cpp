@@ -11,9 +11,6 @@
 namespace diorama {
 namespace {
 
-// Up to this many unknowns a dense factorisation is faster than a sparse one.
-constexpr size_t kDenseUnknowns = 200;
-
 // The part of a graph that is solved for, as Ceres holds it.
 class GraphProblem {
  public:
@@ -33,7 +30,6 @@ class GraphProblem {
   }
 
   ceres::Problem& problem() { return problem_; }
-  size_t unknowns() const { return 6 * (poses_.size() + objects_.size()); }
 
   bool isFinite() const {
     const auto finite = [](const PoseBlock& block) {
@@ -102,11 +98,11 @@ SolveResult solve(Graph& graph, size_t first, const MarginalPrior* prior, int ma
   options.max_num_iterations = max_iterations;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
-  options.linear_solver_type = problem.unknowns() <= kDenseUnknowns ? ceres::DENSE_NORMAL_CHOLESKY
-                                                                    : ceres::SPARSE_NORMAL_CHOLESKY;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   // Eigen's factorisation, since the other ones call a BLAS with threads of its own.
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-  options.function_tolerance = 1e-12;
+  // An update is followed by the next one, which goes on where it stopped.
+  options.function_tolerance = prior ? 1e-8 : 1e-12;
   options.parameter_tolerance = 1e-11;
   options.gradient_tolerance = 1e-12;
   ceres::Solver::Summary summary;
