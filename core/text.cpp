@@ -117,6 +117,13 @@ std::string_view trim(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
 }
 
+std::string indented(std::string_view text) {
+  std::string out;
+  for (std::string_view line : split(text, '\n'))
+    if (!line.empty()) out += "  " + std::string(line) + "\n";
+  return out;
+}
+
 std::string formatPose(const SE3& pose, char separator) {
   const Vector3d& t = pose.translation;
   const Eigen::Quaterniond& q = pose.rotation;

@@ -26,6 +26,9 @@ std::vector<std::string_view> splitBlanks(std::string_view line);  // by spaces 
 std::vector<std::string_view> split(std::string_view line, char separator);
 std::string_view trim(std::string_view text);
 
+// Every line of the text, two blanks in front.
+std::string indented(std::string_view text);
+
 // "tx ty tz qx qy qz qw", separated by `separator`.
 std::string formatPose(const SE3& pose, char separator);
 // The same from seven fields; nothing when one is no finite number or the quaternion is nearly

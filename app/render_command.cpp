@@ -1,0 +1,112 @@
+#include <atomic>
+#include <cstdio>
+#include <future>
+#include <mutex>
+
+#include "app/command_line.h"
+#include "app/output_folder.h"
+#include "app/prefetcher.h"
+#include "app/progress.h"
+#include "app/run_input.h"
+#include "app/workers.h"
+#include "core/errors.h"
+#include "core/files.h"
+#include "core/text.h"
+#include "sim/scene.h"
+#include "sim/sequence_writer.h"
+#include "sim/simulator.h"
+
+namespace diorama {
+namespace {
+
+struct RenderArguments {
+  std::string scene, output, renderer = "ray", quality = "standard", format = "tum", frames;
+  std::vector<std::string> sets;
+  std::optional<uint64_t> seed;
+  bool resume = false;
+};
+
+void checkSupported(const RenderArguments& arguments) {
+  if (arguments.renderer != "ray")
+    throw UsageError("--renderer " + arguments.renderer + ": possible: ray");
+  if (arguments.format != "tum")
+    throw UsageError("--format " + arguments.format + ": possible: tum");
+}
+
+std::string recipe(const RenderArguments& arguments, const Scene& scene,
+                   const std::vector<int>& frames) {
+  return "version: " DIORAMA_VERSION "\nrenderer: " + arguments.renderer +
+         "\nquality: " + arguments.quality + "\nformat: " + arguments.format + "\nframes: [" +
+         std::to_string(frames.front()) + ", " + std::to_string(frames.back() + 1) + "]\nscene:\n" +
+         indented(describeScene(scene));
+}
+
+// Each worker renders and writes whole frames by itself; frames do not depend on one another.
+void renderFrames(Simulator& simulator, SequenceWriter& writer, const std::vector<int>& frames) {
+  std::vector<int> missing;
+  for (int frame : frames)
+    if (!writer.has(frame)) missing.push_back(frame);
+  Progress progress("rendering", static_cast<int>(missing.size()));
+  std::atomic<size_t> next{0}, done{0};
+  std::mutex progress_mutex;
+  const auto work = [&] {
+    while (true) {
+      throwIfInterrupted();
+      const size_t i = next++;
+      if (i >= missing.size()) return;
+      try {
+        const FrameAndTruth frame = simulator.read(missing[i]);
+        writer.write(frame.frame, *frame.truth);
+      } catch (...) {
+        next = missing.size();  // the other workers stop as well
+        throw;
+      }
+      const std::lock_guard lock(progress_mutex);
+      progress.update(static_cast<int>(++done));
+    }
+  };
+  std::vector<std::future<void>> workers;
+  for (int i = 0; i < workerCount(); ++i) workers.push_back(std::async(std::launch::async, work));
+  for (std::future<void>& worker : workers) worker.wait();
+  for (std::future<void>& worker : workers) worker.get();
+}
+
+int render(const RenderArguments& arguments) {
+  checkSupported(arguments);
+  std::vector<YamlOverride> overrides;
+  for (const std::string& set : arguments.sets) overrides.push_back(parseOverride(set));
+  if (arguments.seed) overrides.push_back(parseOverride("seed=" + std::to_string(*arguments.seed)));
+  const Scene scene = loadScene(arguments.scene, overrides);
+  const std::vector<int> frames = framesOf(
+      parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames), scene.frameCount());
+  const RenderOptions options{parseQuality(arguments.quality), 1};
+  const OutputRequest request{arguments.output, "render.yaml", "manifest.csv",
+                              recipe(arguments, scene, frames), arguments.resume};
+  if (prepareOutput(request) != OutputState::kComplete) {
+    Simulator simulator(scene, options);
+    SequenceWriter writer(arguments.output, scene, {frames.front(), frames.back() + 1});
+    renderFrames(simulator, writer, frames);
+    writer.finish();
+  }
+  std::printf("%s: %zu frames\n", arguments.output.c_str(), frames.size());
+  return kExitDone;
+}
+
+}  // namespace
+
+std::function<int()> setUpRender(CLI::App& app) {
+  auto arguments = std::make_shared<RenderArguments>();
+  app.add_option("SCENE", arguments->scene, "scene file (YAML)")->required();
+  app.add_option("-o,--output", arguments->output, "sequence folder to write")->required();
+  app.add_option("--renderer", arguments->renderer, "ray")->capture_default_str();
+  app.add_option("--quality", arguments->quality, "draft, standard or high")->capture_default_str();
+  app.add_option("--format", arguments->format, "tum")->capture_default_str();
+  app.add_option("--frames", arguments->frames, "A:B, zero-based and half-open");
+  app.add_option("--seed", arguments->seed, "replaces the scene's seed");
+  app.add_option("--set", arguments->sets, "key.path=value: replaces a value of the scene")
+      ->allow_extra_args(false);
+  app.add_flag("--resume", arguments->resume, "go on with an interrupted sequence");
+  return [arguments] { return render(*arguments); };
+}
+
+}  // namespace diorama

@@ -1,0 +1,26 @@
+// An odometry that was recorded: by the simulated sensor of a sequence, or by somebody else's
+// system.
+#pragma once
+
+#include <vector>
+
+#include "core/odometry.h"
+
+namespace diorama {
+
+class ReplayOdometry : public Odometry {
+ public:
+  // Consecutive steps in the order of time; `source` names the odometry in the results.
+  ReplayOdometry(std::vector<OdometryMeasurement> steps, std::string source);
+
+  // Composes the steps from the previous frame to this one. Without a chain of steps between them
+  // the measurement has health 0 and the identity.
+  std::optional<OdometryMeasurement> track(const Frame& frame) override;
+
+ private:
+  std::vector<OdometryMeasurement> steps_;
+  std::string source_;
+  std::optional<int64_t> previous_ns_;
+};
+
+}  // namespace diorama

@@ -1,0 +1,33 @@
+// The options of all estimators, as `--options FILE.yaml` and `--set` give them.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/yaml.h"
+#include "mapper/mapper.h"
+#include "tracker/tracker_options.h"
+
+namespace diorama {
+
+struct RunOptions {
+  TrackerOptions tracker;
+  MapperOptions mapper;
+};
+
+// Overrides that belong to an estimator (`tracker.`, `mapper.`), and the others (the scene's).
+struct SplitOverrides {
+  std::vector<YamlOverride> estimators, scene;
+};
+SplitOverrides splitOverrides(const std::vector<std::string>& sets);
+
+// Throws InputError with the place and the nearest name.
+RunOptions readRunOptions(const std::optional<std::filesystem::path>& file,
+                          const std::vector<YamlOverride>& overrides);
+
+// `tracker: {...}` and `mapper: {...}` with every value.
+std::string toYaml(const RunOptions& options);
+
+}  // namespace diorama

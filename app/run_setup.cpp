@@ -1,0 +1,92 @@
+#include "app/run_setup.h"
+
+#include "app/replay_odometry.h"
+#include "core/errors.h"
+#include "core/measurements_io.h"
+#include "tracker/object_tracker.h"
+
+namespace diorama {
+namespace fs = std::filesystem;
+
+Method parseMethod(const std::string& name) {
+  if (name == "vo") return Method::kVo;
+  if (name == "ebt") return Method::kEbt;
+  if (name == "fused") return Method::kFused;
+  throw UsageError("--method " + name + ": possible: vo, ebt, fused");
+}
+
+void checkSupported(const RunArguments& arguments) {
+  if (arguments.initial != "given")
+    throw UsageError("--initial " + arguments.initial + ": possible: given");
+  if (arguments.tracker != "edge")
+    throw UsageError("--tracker " + arguments.tracker + ": possible: edge");
+  if (arguments.every < 1) throw UsageError("--every must be at least 1");
+}
+
+std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input) {
+  constexpr std::string_view replay = "replay:";
+  if (arguments.odometry.starts_with(replay)) {
+    const fs::path file = arguments.odometry.substr(replay.size());
+    return std::make_unique<ReplayOdometry>(readMeasurements(file).odometry, "replay");
+  }
+  if (arguments.odometry != "simulated")
+    throw UsageError("--odometry " + arguments.odometry + ": possible: simulated, replay:FILE");
+  if (!input.simulated_odometry)
+    throw InputError(fs::path(arguments.input),
+                     "there is no simulated odometry (odometry.csv) in this sequence",
+                     "use --method ebt or --odometry replay:FILE");
+  return std::make_unique<ReplayOdometry>(*input.simulated_odometry, "simulated");
+}
+
+std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const RunInput& input,
+                                        int first_frame, const RunOptions& options,
+                                        const std::shared_ptr<const RayQuery>& rays) {
+  std::vector<PipelineObject> objects;
+  for (size_t i = 0; i < input.objects.size(); ++i) {
+    const KnownObject& known = input.objects[i];
+    if (!known.initial_T_camera_object)
+      throw InputError(fs::path(arguments.input),
+                       "object `" + known.model.name + "` has no initial pose",
+                       "add initial_T_camera_object to sequence.yaml");
+    if (first_frame != input.initial_frame)
+      throw UsageError("--frames: the initial poses belong to frame " +
+                       std::to_string(input.initial_frame) + ", the run must start there");
+    PipelineObject object{known.model.name, nullptr, *known.initial_T_camera_object};
+    if (parseMethod(arguments.method) != Method::kVo)
+      object.tracker =
+          std::make_unique<EdgeTracker>(known.model, input.source->camera(), rays,
+                                        static_cast<int>(i), options.tracker, arguments.tracker);
+    objects.push_back(std::move(object));
+  }
+  if (objects.empty())
+    throw InputError(fs::path(arguments.input), "there is no object to track",
+                     "mark one with `track: true`");
+  return objects;
+}
+
+// Everything that decides the results; kept in run.yaml.
+std::string recipe(const RunArguments& arguments, const RunInput& input,
+                   const std::vector<int>& frames, const RunOptions& options) {
+  YAML::Emitter out;
+  out << YAML::BeginMap;
+  const auto put = [&](const char* key, const std::string& value) {
+    out << YAML::Key << key << YAML::Value << value;
+  };
+  put("version", DIORAMA_VERSION);
+  put("commit", DIORAMA_COMMIT);
+  put("input", arguments.input);
+  put("input_sha256", input.digest);
+  put("seed", std::to_string(input.seed));
+  put("quality", arguments.quality);
+  put("method", arguments.method);
+  put("initial", arguments.initial);
+  put("odometry", arguments.odometry);
+  put("tracker_kind", arguments.tracker);
+  put("frames", std::to_string(frames.front()) + ":" + std::to_string(frames.back() + 1));
+  put("every", std::to_string(arguments.every));
+  put("video", arguments.no_video ? "false" : "true");
+  out << YAML::EndMap;
+  return std::string(out.c_str()) + "\n" + toYaml(options);
+}
+
+}  // namespace diorama

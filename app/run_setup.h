@@ -1,0 +1,41 @@
+// What `diorama run` was asked for, and the estimators that follow from it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/pipeline.h"
+#include "app/run_input.h"
+#include "app/run_options.h"
+#include "core/ray_query.h"
+
+namespace diorama {
+
+struct RunArguments {
+  std::string input, output, method = "fused", initial = "given", odometry = "simulated",
+                             tracker = "edge";
+  std::string quality = "standard", frames, options;
+  std::vector<std::string> sets, expects;
+  std::optional<uint64_t> seed;
+  int every = 1;
+  bool no_video = false;
+};
+
+// Throws UsageError.
+Method parseMethod(const std::string& name);
+void checkSupported(const RunArguments& arguments);
+
+// The odometry, and one tracker for each object with its initial pose. Throw InputError when the
+// input lacks what they need.
+std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input);
+std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const RunInput& input,
+                                        int first_frame, const RunOptions& options,
+                                        const std::shared_ptr<const RayQuery>& rays);
+
+// Everything that decides the results, as YAML: the content of run.yaml.
+std::string recipe(const RunArguments& arguments, const RunInput& input,
+                   const std::vector<int>& frames, const RunOptions& options);
+
+}  // namespace diorama
