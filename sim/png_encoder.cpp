@@ -292,6 +292,10 @@ std::string encode(const uint8_t* data, int width, int height, Format format, Pn
 
 }  // namespace
 
+uint32_t pngChecksum(std::string_view bytes) {
+  return crc32({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
+}
+
 std::string encodePng(const Image<Rgb8>& image) {
   static_assert(sizeof(Rgb8) == 3);
   return encode(reinterpret_cast<const uint8_t*>(image.pixels.data()), image.width, image.height,

@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "core/image.h"
 
@@ -19,5 +20,8 @@ enum class PngContent { kPicture, kLabels };
 std::string encodePng(const Image<Rgb8>& image);  // 8 bit colour
 std::string encodePng(const Image<uint8_t>& image, PngContent content = PngContent::kPicture);
 std::string encodePng(const Image<uint16_t>& image);  // 16 bit grey, labels or depth
+
+// CRC-32 of a chunk's type and content.
+uint32_t pngChecksum(std::string_view bytes);
 
 }  // namespace diorama

@@ -11,6 +11,7 @@
 #include "core/frame_source.h"
 #include "core/object_model.h"
 #include "core/trajectory.h"
+#include "core/yaml.h"
 
 namespace diorama {
 
@@ -25,18 +26,29 @@ struct SequenceObject {
   Symmetries symmetries;
 };
 
+// Which truth images read() decodes; poses and pixel counts always come along.
+enum class TruthImages { kNone, kAll };
+
+// A line of rgb.txt or depth.txt.
+struct ImageEntry {
+  int64_t timestamp_ns = 0;
+  std::filesystem::path file;
+  int number = 0;  // of the frame in its scene
+};
+
 class SequenceReader : public FrameSource {
  public:
   // `sequence` is the folder, or the sequence.yaml in it. Throws MissingInputError or InputError
   // with file:line:column; images are opened by read() only.
-  explicit SequenceReader(const std::filesystem::path& sequence);
+  explicit SequenceReader(const std::filesystem::path& sequence,
+                          TruthImages truth_images = TruthImages::kAll);
 
   const Camera& camera() const override { return camera_; }
   int frameCount() const override { return static_cast<int>(images_.size()); }
 
   // Frame.index is `index`, the row of rgb.txt from 0. Truth is filled as far as its files are
-  // there, and is nothing when none is; the image never depends on it. Thread-safe. Throws
-  // InputError or MissingInputError naming the file.
+  // there, and is nothing without a true camera pose; the image never depends on it. Thread-safe.
+  // Throws InputError or MissingInputError naming the file.
   FrameAndTruth read(int index) override;
 
   const std::string& name() const { return name_; }  // of the folder
@@ -50,29 +62,27 @@ class SequenceReader : public FrameSource {
   const Trajectory& trueCameraPath() const { return T_world_camera_; }
 
  private:
-  struct ImageEntry {
-    int64_t timestamp_ns = 0;
-    std::filesystem::path file;
-    int number = 0;
-  };
   struct PixelCounts {
     int all = -1, valid = -1, visible = -1;
   };
 
+  void readObjects(const YamlValue& list);
   void readTruthFiles();
-  void readVisibility();
+  void readVisibility(const std::filesystem::path& file);
   std::optional<GroundTruth> readTruth(const ImageEntry& entry) const;
+  void readTruthImages(const ImageEntry& entry, GroundTruth& truth) const;
 
   std::filesystem::path folder_;
+  TruthImages truth_images_;
   std::string name_;
   Camera camera_;
   std::vector<ImageEntry> images_;
   std::vector<SequenceObject> objects_;
   std::optional<std::filesystem::path> odometry_file_;
   Trajectory T_world_camera_;
-  std::vector<Trajectory> T_world_object_;                        // one per object, may be empty
+  std::vector<Trajectory> T_world_object_;                         // one per object, may be empty
   std::map<std::pair<int, std::string>, PixelCounts> visibility_;  // by frame number and object
-  std::map<int64_t, std::filesystem::path> depth_;                // by time, ns
+  std::vector<ImageEntry> depth_;
 };
 
 }  // namespace diorama

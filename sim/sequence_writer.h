@@ -1,5 +1,5 @@
 // Writes a sequence directory: images, truth and the files that describe them, in the TUM RGB-D
-// layout that README.md and docs/ describe.
+// layout, with everything that a tracker needs to be tested.
 #pragma once
 
 #include <filesystem>
@@ -32,7 +32,8 @@ class SequenceWriter {
   bool has(int frame) const;
 
   // Encodes and writes one frame of the range; frame.index counts in the scene. Thread-safe for
-  // distinct frames. Channels that are empty in the truth are not written.
+  // distinct frames. Channels that are empty in the truth are not written; the truth's objects are
+  // the scene's tracked ones, in its order. Depth beyond 13.1 m is written as 0.
   void write(const Frame& frame, const GroundTruth& truth);
 
   // Writes everything else (trajectories, models, sequence.yaml, odometry.csv, the manifest).
@@ -40,6 +41,8 @@ class SequenceWriter {
   void finish();
 
  private:
+  std::filesystem::path recordFile(int frame) const;
+
   std::filesystem::path folder_;
   const Scene& scene_;
   int first_;

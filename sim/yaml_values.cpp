@@ -9,6 +9,8 @@ namespace {
 
 constexpr int kMaxImageSide_px = 16384;
 constexpr double kWorldSize_m = 1e5;
+constexpr const char* kNameLetters =
+    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-";
 
 Eigen::Matrix4d readMatrix(const YamlValue& value) {
   std::vector<double> numbers;
@@ -118,9 +120,8 @@ CameraParameters readCamera(YamlMap& map) {
 std::string readName(const YamlValue& value) {
   constexpr size_t kMaxLength = 100;
   const std::string name = value.asString();
-  const char* allowed = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-";
   if (name.empty() || name.size() > kMaxLength || name.front() == '.' ||
-      name.find_first_not_of(allowed) != std::string::npos)
+      name.find_first_not_of(kNameLetters) != std::string::npos)
     value.fail("cannot be a name",
                "letters, digits, `_`, `-` and `.`, at most 100, no leading `.`");
   return name;
@@ -134,6 +135,14 @@ double readNumber(const YamlValue& value, double min, double max) {
 }
 
 std::string toYaml(const Vector3d& v) { return listOf({v.x(), v.y(), v.z()}); }
+
+std::string toYaml(const std::string& text) {
+  if (!text.empty() && text.find_first_not_of(std::string(kNameLetters) + "/") == std::string::npos)
+    return text;
+  std::string quoted = "\"";
+  for (char c : text) quoted += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
+  return quoted + "\"";
+}
 
 std::string toYaml(const SE3& pose) {
   const Eigen::Quaterniond& q = pose.rotation;

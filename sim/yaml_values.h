@@ -33,5 +33,7 @@ std::string toYaml(const SE3& pose);
 std::string toYaml(const Symmetries& symmetries);
 std::string toYaml(const CameraParameters& camera);
 std::string toYaml(const Vector3d& v);
+// A text in double quotes, or plain when it is a name or a path of such.
+std::string toYaml(const std::string& text);
 
 }  // namespace diorama
