@@ -1,16 +1,25 @@
 """All models by name."""
 
-from . import carton, clutter_books, clutter_boxes, clutter_drink, detergent_bottle, pasta_box, room
+from . import (carton, clutter_books, clutter_boxes, clutter_drink, clutter_small, detergent_bottle,
+               pasta_box, room)
 
 MODELS = {
+    "apple": clutter_small.apple,
     "book_stack": clutter_books.book_stack,
     "can_soda": clutter_drink.can_soda,
     "can_tomato": clutter_drink.can_tomato,
     "cereal_box": clutter_boxes.cereal_box,
     "detergent_bottle": detergent_bottle.build,
     "mug": clutter_drink.mug,
+    "notebook": clutter_books.notebook,
+    "orange_fruit": clutter_small.orange_fruit,
     "orange_juice_carton": carton.build,
     "pasta_box": pasta_box.build,
+    "pen_cup": clutter_small.pen_cup,
+    "potted_plant": clutter_small.potted_plant,
     "room_desk": room.build,
+    "ruler_eraser": clutter_small.ruler_eraser,
+    "sticky_notes": clutter_books.sticky_notes,
+    "tape_dispenser": clutter_small.tape_dispenser,
     "tea_box": clutter_boxes.tea_box,
 }

@@ -6,12 +6,21 @@ import numpy as np
 
 from .canvas import Canvas, linear, picture
 from .food import basil, tomato
-from .mesh import Model
+from .mesh import Model, join
 from .noise import rng
 from .prints import ean13, halftone, nutrition, recycling, seal, stamp
 from .relief import Relief
 from .shapes import tube, turned
 from .surfaces import mottled
+
+
+def pull_ring(mat, r):
+    """Flattened ring with its nose and rivet, lying on a lid; the nose points to the front."""
+    t = np.linspace(0, 2 * math.pi, 20, endpoint=False)
+    ring = tube(np.column_stack([r * np.cos(t), 1.15 * r * np.sin(t), 0 * t]), r * 0.2, mat, seg=8, closed=True)
+    nose = tube([(0, -0.9 * r, 0), (0, -1.9 * r, 0)], 0.62 * r, mat, seg=10).scaled(1, 1, 0.25)
+    rivet = turned([(0, -0.002), (0.3 * r, -0.002), (0.3 * r, 0.0012), (0, 0.0014)], [0, 0, 0.0005, 0], mat, seg=12)
+    return join(ring.scaled(1, 1, 0.55), nose, rivet.moved(y=-1.5 * r))
 
 
 def mug_print():
@@ -101,20 +110,19 @@ def can_tomato():
     tin = turned(base + lid, [0, 0.001, 0.0008, 0.0009, 0.0008, 0.0005, 0] + [0, 0.0005, 0.0008, 0.0009, 0.0008, 0.001, 0],
                  "tin", seg=40)
     ribs = [(r - 0.0004, 0.0055)]
-    for k in range(23):
-        z = 0.03 + 0.05 * k / 22
-        ribs.append((r - 0.0001 - (0.0009 if k % 4 == 2 else 0), z))
+    for k in range(13):
+        ribs.append((r - 0.0001 - (0.0007 if k % 4 == 2 else 0), 0.032 + 0.046 * k / 12))
     ribs.append((r - 0.0004, h - 0.0055))
-    ring = turned([(r - 0.003, 0.0055)] + ribs + [(r - 0.003, h - 0.0055)], [0] + [0.002] * len(ribs) + [0], "label",
-                  seg=40, bevel_seg=1)
+    inner = [(r - 0.003, 0.0055), (r - 0.003, h - 0.0055)]
+    ring = turned(inner[:1] + ribs + inner[1:] + inner[:1], [0] + [0.002] * len(ribs) + [0, 0], "label", seg=40,
+                  bevel_seg=1)
+    ring.uv[:, 0] -= 0.25                                     # one of the two emblems in front
     ring.uv[:, 1] = (ring.p[:, 2] - 0.005) / 0.1
-    tab = tube([(0, 0.010, h - 0.001), (0, -0.004, h - 0.0006), (0, -0.02, h - 0.0005)], [0.003, 0.004, 0.006], "tin",
-               seg=10).transformed(np.diag([1.4, 1, 0.22]), (0, 0, (h - 0.001) * 0.78))
-    rings = [turned([(q, h - 0.0035), (q + 0.0012, h - 0.0022), (q + 0.0024, h - 0.0035)], [0, 0.001, 0], "tin", seg=32)
-             for q in (0.012, 0.024)]
+    rings = [turned([(q, h - 0.0035), (q + 0.0012, h - 0.0022), (q + 0.0024, h - 0.0035), (q, h - 0.0035)],
+                    [0, 0.001, 0, 0], "tin", seg=32, bevel_seg=1) for q in (0.012, 0.024)]
     model.add("tin", tin)
     model.add("label", ring)
-    model.add("lid", tab, *rings)
+    model.add("lid", pull_ring("tin", 0.0095).moved(y=0.012, z=h - 0.0016), *rings)
     return model
 
 
@@ -162,10 +170,10 @@ def can_soda():
     rim = [(0.0268, 0.1130), (0.0278, 0.1150), (0.0262, 0.1150), (0.0250, 0.1105), (0, 0.1112)]
     model.add("bottom", turned(lower + [(0.0330, 0.0130), (0, 0.0131)], [0, 0.004, 0.001, 0.001, 0.004, 0, 0], "metal", seg=40))
     wall = turned([(0, 0.0129)] + upper + [(0, 0.1106)], [0, 0.0008, 0.01, 0.0004, 0], "print", seg=40, bevel_seg=4)
+    wall.uv[:, 0] -= 0.25
     wall.uv[:, 1] = (wall.p[:, 2] - 0.012) / 0.1
     model.add("wall", wall)
     model.add("lid", turned([(0, 0.110), (0.0272, 0.1102)] + rim, [0, 0.0004, 0.0006, 0.0008, 0.0007, 0.0015, 0], "metal", seg=40))
     mouth = turned([(0, 0.1110), (0.0085, 0.1110), (0.0085, 0.11135), (0, 0.11135)], 0, "dark", seg=20).scaled(1, 1.15, 1)
-    tab = tube([(0, 0.012, 0), (0, 0.0, 0), (0, -0.008, 0)], [0.0065, 0.006, 0.0065], "metal", seg=12).scaled(1, 1, 0.16)
-    model.add("opener", mouth.moved(y=-0.0125), tab.moved(y=0.004, z=0.1128))
+    model.add("opener", mouth.moved(y=-0.0125), pull_ring("metal", 0.0072).moved(y=0.006, z=0.1122))
     return model
