@@ -135,6 +135,7 @@ std::optional<ProjectionWithJacobian> Camera::projectWithJacobian(const Vector3d
 std::optional<Vector3d> Camera::unproject(const Vector2d& u) const {
   const Vector2d target((u.x() - parameters_.cx) / parameters_.fx,
                         (u.y() - parameters_.cy) / parameters_.fy);
+  if (!target.allFinite()) return std::nullopt;
   if (!distorted_) return Vector3d(target.x(), target.y(), 1);
   if (parameters_.model == CameraModel::kFisheye && !(target.norm() < 3.15)) return std::nullopt;
   // Newton on the distortion, kept inside the radius where it is one-to-one.
