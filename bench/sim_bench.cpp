@@ -1,0 +1,34 @@
+// Frames of scenes/orange_juice.yaml with all truth channels, on all cores, real time.
+#include <benchmark/benchmark.h>
+
+#include "sim/simulator.h"
+
+namespace diorama {
+namespace {
+
+constexpr int kFrames = 100;
+
+void BM_RenderFrame(benchmark::State& state, RenderQuality quality) {
+  Simulator simulator(loadScene(DIORAMA_SOURCE_DIR "/scenes/orange_juice.yaml"), {quality});
+  int frame = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(simulator.read(frame));
+    frame = (frame + 1) % kFrames;
+  }
+}
+
+BENCHMARK_CAPTURE(BM_RenderFrame, ray_draft, RenderQuality::kDraft)
+    ->Iterations(2 * kFrames)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_RenderFrame, ray_standard, RenderQuality::kStandard)
+    ->Iterations(kFrames)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_RenderFrame, ray_high, RenderQuality::kHigh)
+    ->Iterations(kFrames)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace diorama
