@@ -1,15 +1,21 @@
 """All models by name."""
 
-from . import (carton, clutter_books, clutter_boxes, clutter_drink, clutter_small, detergent_bottle,
-               pasta_box, room)
+from . import (carton, clutter_books, clutter_boxes, clutter_desk, clutter_drink, clutter_small,
+               detergent_bottle, pasta_box, room)
 
 MODELS = {
     "apple": clutter_small.apple,
     "book_stack": clutter_books.book_stack,
+    "cable": clutter_desk.cable,
     "can_soda": clutter_drink.can_soda,
     "can_tomato": clutter_drink.can_tomato,
     "cereal_box": clutter_boxes.cereal_box,
+    "desk_lamp": clutter_desk.desk_lamp,
     "detergent_bottle": detergent_bottle.build,
+    "headphones": clutter_desk.headphones,
+    "keyboard": clutter_desk.keyboard,
+    "monitor": clutter_desk.monitor,
+    "mouse": clutter_desk.mouse,
     "mug": clutter_drink.mug,
     "notebook": clutter_books.notebook,
     "orange_fruit": clutter_small.orange_fruit,

@@ -8,7 +8,7 @@ from .canvas import Canvas, linear, picture
 from .mesh import Model, Patch, join
 from .noise import rng
 from .prints import ean13, halftone, sunburst
-from .shapes import box, fillet, prism, sheet, tube
+from .shapes import box, fillet, prism, shell, tube
 from .surfaces import mottled
 
 # A cell of the cover sheet holds back, spine and front of a book; the last strip is paper edges.
@@ -136,7 +136,7 @@ def hardcover(cell, size, name):
     rim = []
     for sy in (0, 1):
         q = np.vstack([outer.p[sy::2], inner.p[sy::2]])
-        strip = [(k, k + 7, k + 8, k + 1) if sy == 1 else (k, k + 1, k + 8, k + 7) for k in range(6)]
+        strip = [(k, k + 7, k + 8, k + 1) if sy == 0 else (k, k + 1, k + 8, k + 7) for k in range(6)]
         rim.append(Patch(q, np.tile([0, 2.0 * sy - 1, 0], (14, 1)), np.tile([plain[:2]], (14, 1)), strip, [name] * 6))
     ends = []
     for k in (0, 6):
@@ -240,8 +240,7 @@ def sticky_notes():
         u, v = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9))
         rise = lift * np.clip(1 - v, 0, 1) ** 2.2 * (0.6 + 0.4 * u)
         p = np.dstack([(u - 0.5) * 0.076, (v - 0.5) * 0.076 + 0.25 * rise, rise])
-        top = sheet(p, "note", np.dstack([u0 + u * 0.5, v]))
-        return join(top, top.flipped().moved(z=-0.0002))
+        return shell(p, "note", 0.0002, np.dstack([u0 + u * 0.5, v]))
 
     model.add("top_note", leaf_of(0.0, 0.012).moved(z=0.0184))
     model.add("loose_note", leaf_of(0.5, 0.010).rotated("z", 24).moved(0.094, 0.012, 0.0006))

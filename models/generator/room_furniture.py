@@ -6,12 +6,12 @@ import numpy as np
 
 from . import surfaces
 from .canvas import picture
-from .mesh import join, rotation
+from .mesh import join
 from .noise import rng
 from .room_boards import SPINES, moving_box, spines
 from .room_shell import CEILING, CEILING_LIGHT, FLOOR, X, Y
 from .room_walls import on_wall
-from .shapes import box, prism, fillet, sheet, tube, turned
+from .shapes import box, fillet, prism, shell, tube, turned
 
 
 def add_materials(model):
@@ -131,16 +131,14 @@ def add_cabinet(model):
 
 
 def blade(length, width, bend, azimuth, lift, mat):
-    """Arching leaf with a keel, both faces."""
+    """Arching leaf with a keel."""
     u, v = np.meshgrid(np.linspace(1, -1, 3), np.linspace(0, 1, 7))
     half = width / 2 * np.sin(math.pi * np.clip(0.08 + 0.92 * v, 0, 1)) ** 0.7
     angle = lift - bend * v
     radial = np.cumsum(np.cos(angle), axis=0) * length / 7
     height = np.cumsum(np.sin(angle), axis=0) * length / 7
     points = np.dstack([radial, u * half, height + 0.25 * np.abs(u) * half])
-    face = sheet(points, mat)
-    both = join(face, face.flipped().moved(z=-0.0006))
-    return both.rotated("z", azimuth)
+    return shell(points, mat, 0.0006).rotated("z", azimuth)
 
 
 def plant(seed, size, pot):

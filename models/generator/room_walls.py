@@ -11,7 +11,7 @@ import numpy as np
 from . import room_boards, room_prints
 from .mesh import Patch, join
 from .room_shell import CEILING, FLOOR, WINDOW_LIGHT, X, Y, light_quad
-from .shapes import box, fillet, lathe, sheet, tube, turned
+from .shapes import box, fillet, shell, tube, turned
 
 TURN = {"north": 0, "east": -90, "south": 180, "west": 90}
 OFFSET = {"north": (0, Y), "east": (X, 0), "south": (0, -Y), "west": (-X, 0)}
@@ -78,7 +78,7 @@ def poster(w, h, mat):
     """Unframed sheet: a little wavy, its lower corners curl off the wall."""
     u, v = np.meshgrid(np.linspace(-1, 1, 13), np.linspace(-1, 1, 9))
     out = 0.004 + 0.0015 * np.sin(2.1 * u + 1.3 * v) + 0.012 * np.clip(-v, 0, 1) ** 3 * np.abs(u) ** 3
-    return sheet(np.dstack([u * w / 2, -out, v * h / 2]), mat)
+    return shell(np.dstack([u * w / 2, -out, v * h / 2]), mat, 0.0008)
 
 
 def pin(x, z):
@@ -141,8 +141,7 @@ def curtain(x0, x1, seed):
     z = -1.24 + 1.98 * vv
     front = np.dstack([x, -0.12 + deep - 0.0015, z])
     uv = np.dstack([uu * 2.2, vv * 5.5])
-    cloth = sheet(front, "curtain", uv)
-    return join(cloth, cloth.flipped().moved(y=0.003))
+    return shell(front, "curtain", 0.0015, uv)
 
 
 def add_door(model):

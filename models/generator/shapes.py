@@ -238,3 +238,21 @@ def sheet(points, mat, uv=None, normals=None):
         uv = np.stack([uu, vv], axis=2)
     return Patch(points.reshape(-1, 3), np.asarray(normals).reshape(-1, 3),
                  np.asarray(uv, float).reshape(-1, 2), *grid_faces(rows, cols, mat))
+
+
+def shell(points, mat, thickness, uv=None):
+    """Closed thin sheet: `sheet` with a back side and a rim."""
+    front = sheet(points, mat, uv)
+    rows, cols, _ = np.asarray(points).shape
+    back = Patch(front.p - front.n * thickness, -front.n, front.uv, [f[::-1] for f in front.faces],
+                 front.mats)
+    index = np.arange(rows * cols).reshape(rows, cols)
+    loop = np.concatenate([index[0, :-1], index[:-1, -1], index[-1, :0:-1], index[:0:-1, 0]])
+    following = np.roll(loop, -1)
+    side = np.cross(front.p[following] - front.p[loop], front.n[loop])
+    side /= np.maximum(np.linalg.norm(side, axis=1, keepdims=True), 1e-12)
+    n = len(loop)
+    p = np.vstack([front.p[loop], back.p[loop]])
+    quads = [(k, k + n, (k + 1) % n + n, (k + 1) % n) for k in range(n)]
+    rim = Patch(p, np.vstack([side, side]), np.vstack([front.uv[loop]] * 2), quads, [mat] * n)
+    return join(front, back, rim)

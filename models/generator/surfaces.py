@@ -46,7 +46,8 @@ def wood(rows, cols, mm, seed, light="#c9a06c", dark="#8f6236", ring_mm=7.0):
     streak = pores[:, length:] - pores[:, :-length]
     streak = (streak - streak.mean()) / streak.std()
     pore = smoothstep(1.2, 2.6, streak + 0.7 * ring * strength)
-    return out * (1 - 0.17 * pore[..., None])
+    fleck = smoothstep(1.6, 2.6, fbm(rows, cols, cols // 14, seed + 7, 2, stretch=6))
+    return out * (1 - 0.30 * pore - 0.10 * fleck)[..., None]
 
 
 def desk_top(rows, cols, mm, seed):
