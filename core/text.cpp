@@ -52,7 +52,7 @@ std::string formatSeconds(int64_t timestamp_ns) {
 }
 
 std::optional<double> parseNumber(std::string_view text) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
@@ -153,7 +153,9 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
   std::string best;
   size_t best_distance = std::max<size_t>(2, name.size() / 2);
   for (const std::string& candidate : candidates) {
-    const size_t distance = editDistance(name, candidate);
+    // A missing unit (rate for rate_hz) is one slip.
+    const bool begins = name.size() >= 3 && candidate.starts_with(name);
+    const size_t distance = begins ? 1 : editDistance(name, candidate);
     if (distance < best_distance || (distance == best_distance && best.empty())) {
       best = candidate;
       best_distance = distance;

@@ -20,28 +20,32 @@ std::string join(const std::string& path, const std::string& key) {
 
 std::string quoted(const std::string& path) { return path.empty() ? "the root" : "`" + path + "`"; }
 
+[[noreturn]] void failOverride(const YamlOverride& change, const std::string& what) {
+  throw UsageError("--set " + change.text + ": " + what);
+}
+
+// The child of a list or mapping that one part of an override's path names; it may be undefined.
+YAML::Node child(YAML::Node node, const std::string& key, const YamlOverride& change) {
+  if (node.IsScalar()) failOverride(change, "`" + key + "` would stand below a value");
+  if (!node.IsSequence()) return node[key];
+  const std::optional<int64_t> index = parseInteger(key);
+  if (!index || *index < 0 || static_cast<size_t>(*index) >= node.size())
+    failOverride(change, "`" + key + "` is no position in a list");
+  return node[static_cast<size_t>(*index)];
+}
+
 // Sets one value deep in a tree of mappings, making mappings on the way.
 void apply(YAML::Node node, const YamlOverride& change) {
   for (size_t i = 0; i + 1 < change.path.size(); ++i) {
-    if (node.IsSequence()) {
-      const std::optional<int64_t> index = parseInteger(change.path[i]);
-      if (!index || *index < 0 || static_cast<size_t>(*index) >= node.size())
-        throw UsageError("--set " + change.text + ": `" + change.path[i] +
-                         "` is no position in a list");
-      node.reset(node[static_cast<size_t>(*index)]);
-      continue;
-    }
-    if (node[change.path[i]].IsDefined() && node[change.path[i]].IsScalar())
-      throw UsageError("--set " + change.text + ": `" + change.path[i] +
-                       "` is a value, not a mapping");
-    if (!node[change.path[i]].IsDefined() || node[change.path[i]].IsNull())
-      node[change.path[i]] = YAML::Node(YAML::NodeType::Map);
-    node.reset(node[change.path[i]]);
+    YAML::Node next = child(node, change.path[i], change);
+    if (!next.IsDefined() || next.IsNull()) next = YAML::Node(YAML::NodeType::Map);
+    node.reset(next);
   }
   try {
-    node[change.path.back()] = YAML::Load(change.value);
+    YAML::Node last = child(node, change.path.back(), change);
+    last = YAML::Load(change.value);
   } catch (const YAML::Exception& error) {
-    throw UsageError("--set " + change.text + ": " + error.msg);
+    failOverride(change, error.msg);
   }
 }
 
