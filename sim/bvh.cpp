@@ -57,6 +57,10 @@ Bvh::Bvh(std::span<const Vector3f> corners, std::span<const uint32_t> indices)
   handles_->scene = rtcNewScene(handles_->device);
   rtcSetSceneBuildQuality(handles_->scene, RTC_BUILD_QUALITY_HIGH);
   rtcSetSceneFlags(handles_->scene, RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
+  if (indices.empty()) {
+    rtcCommitScene(handles_->scene);
+    return;
+  }
   RTCGeometry geometry = rtcNewGeometry(handles_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, corners.data(),
                              0, sizeof(Vector3f), corners.size());

@@ -1,0 +1,253 @@
+#include "sim/ray_renderer.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/errors.h"
+#include "sim/ray_table.h"
+#include "sim/sample_pattern.h"
+#include "sim/shading.h"
+#include "sim/silhouettes.h"
+#include "sim/truth_buffer.h"
+#include "sim/worker_pool.h"
+
+namespace diorama {
+
+using simd::Float8;
+using simd::Int8;
+using simd::splat;
+using simd::Vector8;
+
+namespace {
+
+// The mid-exposure camera in both precisions.
+struct CameraFrame {
+  Vector3d origin;
+  Matrix3d R;  // columns are the camera's axes in the world
+  explicit CameraFrame(const SE3& T) : origin(T.translation), R(T.rotationMatrix()) {}
+
+  RayPacket rays(const PacketRays& packet) const {
+    const Float8 x = simd::load(packet.x), y = simd::load(packet.y);
+    return {simd::splat3(origin), simd::splat3(R.col(0)) * x + simd::splat3(R.col(1)) * y +
+                                      simd::splat3(R.col(2))};
+  }
+};
+
+Int8 maskOfBits(int bits) {
+  const Int8 bit = {1, 2, 4, 8, 16, 32, 64, 128};
+  return (splat(bits) & bit) != splat(0);
+}
+
+// Depth on a triangle's plane in double precision: what single-precision traversal finds is off by
+// some 1e-6 of the distance, and more at grazing angles.
+class PlaneDepth {
+ public:
+  PlaneDepth(const RenderScene& scene, const CameraFrame& camera) : scene_(scene), camera_(camera) {}
+
+  float operator()(uint32_t triangle, float x, float y, float traversal_t) {
+    if (triangle != triangle_) setTriangle(triangle);
+    const double along = n_camera_.x() * static_cast<double>(x) +
+                         n_camera_.y() * static_cast<double>(y) + n_camera_.z();
+    const double t = height_ / along;
+    // Seen edge-on the plane says nothing.
+    if (!(std::abs(t - static_cast<double>(traversal_t)) <= 1e-3 * static_cast<double>(traversal_t)))
+      return traversal_t;
+    return static_cast<float>(t);
+  }
+
+ private:
+  void setTriangle(uint32_t triangle) {
+    triangle_ = triangle;
+    const Vector3d p0 = scene_.corner(triangle, 0).cast<double>();
+    const Vector3d n = (scene_.corner(triangle, 1).cast<double>() - p0)
+                           .cross(scene_.corner(triangle, 2).cast<double>() - p0);
+    height_ = n.dot(p0 - camera_.origin);
+    n_camera_ = camera_.R.transpose() * n;
+  }
+  const RenderScene& scene_;
+  const CameraFrame& camera_;
+  uint32_t triangle_ = UINT32_MAX;
+  Vector3d n_camera_ = Vector3d::Zero();
+  double height_ = 0;
+};
+
+// Two rows of four pixels from the lane order of a packet.
+Float8 inRows(Float8 v) { return __builtin_shuffle(v, Int8{0, 1, 4, 5, 2, 3, 6, 7}); }
+
+}  // namespace
+
+struct RayRenderer::State {
+  State(std::shared_ptr<const RenderScene> s, Camera c, RenderOptions o)
+      : scene(std::move(s)),
+        camera(std::move(c)),
+        options(o),
+        table(camera),
+        pool(o.threads),
+        silhouettes(*scene, camera, table),
+        truth(table.paddedWidth(), table.paddedHeight()) {}
+
+  void traceCenters(int tile, const CameraFrame& frame, Image<Radiance>* draft);
+  void traceColors(int tile, const ExposureMotion& motion, Image<Radiance>& radiance) const;
+  void colorBlock(const PacketRays& packet, int half, int x, int y, const SamplePattern& pattern,
+                  bool edge, Image<Radiance>& radiance) const;
+  const SamplePattern& patternFor(int tile, const ExposureMotion& motion) const;
+  double motionInTile(int tile, const SE3& begin, const SE3& middle, const SE3& end) const;
+  void preparePatterns(const ExposureMotion& motion);
+
+  std::shared_ptr<const RenderScene> scene;
+  Camera camera;
+  RenderOptions options;
+  RayTable table;
+  WorkerPool pool;
+  SilhouetteTracer silhouettes;
+  TruthBuffer truth;
+  std::vector<SamplePattern> patterns;  // 4, 8, 16, 32 samples; only those of the quality
+  std::array<SE3, 3> exposure_poses;    // begin, middle, end
+};
+
+RayRenderer::RayRenderer(std::shared_ptr<const RenderScene> scene, Camera camera,
+                         RenderOptions options)
+    : state_(std::make_unique<State>(std::move(scene), std::move(camera), options)) {}
+RayRenderer::~RayRenderer() = default;
+
+RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
+  State& s = *state_;
+  RenderedFrame frame;
+  frame.radiance = Image<Radiance>(s.camera.width(), s.camera.height());
+  const bool draft = s.options.quality == RenderQuality::kDraft;
+  const CameraFrame middle(motion.pose(0));
+  s.pool.run(s.table.tileCount(), [&](int tile) {
+    s.traceCenters(tile, middle, draft ? &frame.radiance : nullptr);
+  });
+  if (!draft) {
+    s.preparePatterns(motion);
+    s.pool.run(s.table.tileCount(), [&](int tile) { s.traceColors(tile, motion, frame.radiance); });
+  }
+  frame.silhouettes = s.silhouettes.trace(motion.pose(0), s.truth, s.pool);
+  s.truth.copyTo(frame, s.camera.width(), s.camera.height());
+  return frame;
+}
+
+void RayRenderer::State::traceCenters(int tile, const CameraFrame& frame, Image<Radiance>* draft) {
+  PlaneDepth planeDepth(*scene, frame);
+  for (int p = 0; p < kPacketsPerTile; ++p) {
+    const PacketRays& packet = table.packet(tile, p);
+    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+    const RayPacket rays = frame.rays(packet);
+    const Int8 valid = maskOfBits(packet.valid);
+    const PacketHits hits = scene->bvh->closest(rays, valid, splat(0.f), true);
+    Float8 depth = splat(0.f);
+    Int8 id = splat(0);
+    for (int lane = 0; lane < 8; ++lane) {
+      if (!hits.mask[lane]) continue;
+      const auto triangle = static_cast<uint32_t>(hits.triangle[lane]);
+      depth[lane] = planeDepth(triangle, packet.x[lane], packet.y[lane], hits.t[lane]);
+      id[lane] = scene->triangles[triangle].instance;
+    }
+    truth.put(x, y, inRows(depth), simd::asInt(inRows(simd::asFloat(id))));
+    if (draft == nullptr || packet.valid == 0) continue;
+    Vector8 color = simd::splat3(scene->sky);
+    if (simd::bits(hits.mask)) {
+      const Surface surface =
+          shading::surfaceAt<2>(*scene, rays, hits, splat(packet.pixel), 0.25f);
+      color = shading::radianceOf(*scene, rays, hits, surface);
+    }
+    for (int lane = 0; lane < 8; ++lane)
+      if (packet.valid >> lane & 1)
+        (*draft)(x + laneX(lane), y + laneY(lane)) = {color.x[lane], color.y[lane], color.z[lane]};
+  }
+}
+
+void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
+  patterns.clear();
+  if (options.quality == RenderQuality::kStandard)
+    for (const int count : {4, 8, 16}) patterns.push_back(makeSamplePattern(count, motion));
+  else
+    for (const int count : {16, 16, 32}) patterns.push_back(makeSamplePattern(count, motion));
+  exposure_poses = {motion.pose(-0.5), motion.pose(0), motion.pose(0.5)};
+}
+
+// The longest way, in pixels, that nine points of the tile go in the image during the exposure.
+double RayRenderer::State::motionInTile(int tile, const SE3& begin, const SE3& middle,
+                                        const SE3& end) const {
+  const SE3 T_begin_middle = begin.inverse() * middle, T_end_middle = end.inverse() * middle;
+  double longest = 0;
+  for (int k = 0; k < 9; ++k) {
+    const int p = (k / 3) * 60 + (k % 3) * 3;  // packets at the corners, sides and middle
+    const PacketRays& packet = table.packet(tile, std::min(p, kPacketsPerTile - 1));
+    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+    if (!(packet.valid & 1)) continue;
+    const float depth = truth.depth(x, y);
+    const double z = depth > 0 ? static_cast<double>(depth) : 1e3;
+    const Vector3d point = z * Vector3d(static_cast<double>(packet.x[0]), static_cast<double>(packet.y[0]), 1);
+    const Vector3d a = T_begin_middle * point, b = T_end_middle * point;
+    if (a.z() < 1e-3 || b.z() < 1e-3) return 1e9;
+    const Vector2d way = a.head<2>() / a.z() - b.head<2>() / b.z();
+    longest = std::max(longest, way.norm() / static_cast<double>(packet.pixel));
+  }
+  return longest;
+}
+
+const SamplePattern& RayRenderer::State::patternFor(int tile, const ExposureMotion& motion) const {
+  if (!motion.blur) return patterns[0];
+  const double way =
+      motionInTile(tile, exposure_poses[0], exposure_poses[1], exposure_poses[2]);
+  // About one sample for every 0.6 px of blur.
+  return patterns[way < 2.5 ? 0 : way < 6 ? 1 : 2];
+}
+
+void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
+                                     Image<Radiance>& radiance) const {
+  const SamplePattern& pattern = patternFor(tile, motion);
+  for (int p = 0; p < kPacketsPerTile; ++p) {
+    const PacketRays& packet = table.packet(tile, p);
+    if (packet.valid == 0) continue;
+    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+    for (int half = 0; half < 2; ++half) {
+      const int bx = x + 2 * half;
+      if ((packet.valid >> (4 * half) & 15) == 0) continue;
+      const bool edge = truth.hasEdge(bx, y, camera.width(), camera.height());
+      colorBlock(packet, half, bx, y, pattern, edge, radiance);
+    }
+  }
+}
+
+void RayRenderer::State::colorBlock(const PacketRays& packet, int half, int x, int y,
+                                    const SamplePattern& pattern, bool edge,
+                                    Image<Radiance>& radiance) const {
+  const Float8 cx = simd::load2(packet.x + 4 * half, packet.x + 4 * half),
+               cy = simd::load2(packet.y + 4 * half, packet.y + 4 * half);
+  const int block_bits = packet.valid >> (4 * half) & 15;
+  const Int8 valid = maskOfBits(block_bits | block_bits << 4);
+  const Float8 pixel = splat(packet.pixel * pattern.footprint);
+  Vector8 sum = simd::splat3(0, 0, 0);
+  float dither = 0;
+  const float dither_step = 1.f / static_cast<float>(pattern.base.size());
+  const auto add = [&](const SamplePair& pair) {
+    const Float8 dx = cx + pair.du * packet.dx_du + pair.dv * packet.dx_dv;
+    const Float8 dy = cy + pair.du * packet.dy_du + pair.dv * packet.dy_dv;
+    const RayPacket rays{pair.origin, pair.axis_x * dx + pair.axis_y * dy + pair.axis_z};
+    const PacketHits hits = scene->bvh->closest(rays, valid, splat(0.f), true);
+    Vector8 color = simd::splat3(scene->sky);
+    if (simd::bits(hits.mask)) {
+      const Surface surface = shading::surfaceAt<1>(*scene, rays, hits, pixel, dither);
+      color = shading::radianceOf(*scene, rays, hits, surface);
+    }
+    sum = sum + color;
+    dither += dither_step;
+  };
+  for (const SamplePair& pair : pattern.base) add(pair);
+  dither = 0.5f * dither_step;
+  if (edge)
+    for (const SamplePair& pair : pattern.extra) add(pair);
+  const float weight = 0.5f / static_cast<float>(pattern.base.size()) * (edge ? 0.5f : 1.f);
+  for (int k = 0; k < 4; ++k)
+    if (block_bits >> k & 1)
+      radiance(x + (k & 1), y + (k >> 1)) = {(sum.x[k] + sum.x[k + 4]) * weight,
+                                             (sum.y[k] + sum.y[k + 4]) * weight,
+                                             (sum.z[k] + sum.z[k + 4]) * weight};
+}
+
+}  // namespace diorama

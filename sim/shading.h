@@ -1,0 +1,263 @@
+// What eight rays see where they hit: material, baked light, highlight. Shared by the renderer and
+// the light baker, and inlined into both.
+#pragma once
+
+#include "sim/bvh.h"
+#include "sim/render_scene.h"
+#include "sim/simd.h"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace diorama {
+
+// Shading data of the triangles that eight rays hit, spread to lanes.
+struct TriangleLanes {
+  simd::Float8 normal0[3], normal1[3], normal2[3];
+  simd::Float8 uv0[2], uv1[2], uv2[2];
+  simd::Float8 gradient_u[3], gradient_v[3];
+  simd::Float8 log2_density;
+  simd::Vector8 tint, emission;
+  simd::Float8 specular, lobe;
+  simd::Int8 light_offset, light_resolution;
+  simd::Int8 texture_base, log_width, log_height, instance;
+  bool emits = false;
+};
+
+constexpr int kTriangleFloats = 22;  // normal0 ... log2_density, one after the other
+static_assert(offsetof(ShadingTriangle, light_offset) == kTriangleFloats * sizeof(float));
+static_assert(offsetof(TriangleLanes, tint) == kTriangleFloats * sizeof(simd::Float8));
+
+struct Surface {
+  simd::Vector8 albedo;
+  simd::Vector8 light;     // irradiance / pi
+  simd::Vector8 emission;  // radiance
+  simd::Vector8 normal;    // unit, shading, towards the viewer
+  simd::Float8 specular, lobe;
+  simd::Int8 instance;
+};
+
+namespace shading {
+
+using simd::Float8;
+using simd::Int8;
+using simd::splat;
+using simd::toFloat;
+using simd::Vector8;
+
+inline void spread(const RenderScene& scene, int triangle, Int8 lanes, TriangleLanes& out) {
+  const ShadingTriangle& t = scene.triangles[static_cast<size_t>(triangle)];
+  const ShadingMaterial& m = scene.materials[static_cast<size_t>(t.material)];
+  const float* from = t.normal0;
+  Float8* to = out.normal0;
+  for (int k = 0; k < kTriangleFloats; ++k) to[k] = simd::select(lanes, splat(from[k]), to[k]);
+  out.tint = simd::select(lanes, simd::splat3(m.tint), out.tint);
+  out.specular = simd::select(lanes, splat(m.specular), out.specular);
+  out.lobe = simd::select(lanes, splat(m.lobe), out.lobe);
+  out.light_offset = simd::select(lanes, splat(t.light_offset), out.light_offset);
+  out.light_resolution = simd::select(lanes, splat(t.light_resolution), out.light_resolution);
+  out.texture_base = simd::select(lanes, splat(m.texture.base), out.texture_base);
+  out.log_width = simd::select(lanes, splat(m.texture.log_width), out.log_width);
+  out.log_height = simd::select(lanes, splat(m.texture.log_height), out.log_height);
+  out.instance = simd::select(lanes, splat(t.instance), out.instance);
+  if (!m.emits) return;
+  out.emits = true;
+  out.emission = simd::select(lanes, simd::splat3(m.emission), out.emission);
+}
+
+// One broadcast of a triangle's data per distinct triangle instead of gathers.
+inline void loadTriangles(const RenderScene& scene, const PacketHits& hits, TriangleLanes& out) {
+  out.emission = simd::splat3(0, 0, 0);
+  unsigned todo = static_cast<unsigned>(simd::bits(hits.mask));
+  const int first = todo ? hits.triangle[__builtin_ctz(todo)] : 0;
+  spread(scene, first, splat(-1), out);  // lanes without a hit get something harmless
+  todo &= ~static_cast<unsigned>(simd::bits(hits.triangle == splat(first)));
+  while (todo) {
+    const int triangle = hits.triangle[__builtin_ctz(todo)];
+    const Int8 lanes = hits.triangle == splat(triangle);
+    spread(scene, triangle, lanes, out);
+    todo &= ~static_cast<unsigned>(simd::bits(lanes));
+  }
+}
+
+// Sum of weighted texels, 16 bits a channel: red and blue share a word.
+struct TexelSum {
+  Int8 red_blue = splat(0), green = splat(0);
+};
+
+// Adds one bilinear tap of a mip level; weights sum up to 256.
+inline void addTap(const RenderScene& scene, const TriangleLanes& t, Int8 level, Float8 u, Float8 v,
+                   TexelSum& sum) {
+  const Int8 lw = t.log_width - level, lh = t.log_height - level;
+  const Int8 w = splat(1) << lw, h = splat(1) << lh;
+  const Float8 x = u * toFloat(w) - 0.5f, y = v * toFloat(h) - 0.5f;
+  const Float8 x0 = simd::floor(x), y0 = simd::floor(y);
+  const Int8 ix = simd::toInt(x0) & (w - 1), iy = simd::toInt(y0) & (h - 1);
+  const Int8 jx = (ix + 1) & (w - 1), jy = (iy + 1) & (h - 1);
+  const Int8 wx = simd::toInt((x - x0) * 256.f), wy = simd::toInt((y - y0) * 256.f);
+  // Texels of the levels before this one: 2^area + 2^(area - 2) + ... down to above this level's.
+  const Int8 area = t.log_width + t.log_height, same_parity = splat(0x55555555) << (area & 1);
+  const Int8 offset = t.texture_base + (((splat(2) << area) - (splat(2) << (lw + lh))) & same_parity);
+  const Int8 row0 = offset + (iy << lw), row1 = offset + (jy << lw);
+  const Int8 w11 = (wx * wy) >> 8, w10 = wx - w11, w01 = wy - w11, w00 = 256 - wx - wy + w11;
+  const int* texels = reinterpret_cast<const int*>(scene.textures.texels().data());
+  const auto add = [&](Int8 at, Int8 weight) {
+    const Int8 texel = simd::gather(texels, at);
+    const Int8 rb = simd::multiplyLow16(texel & 0xff00ff, weight | (weight << 16));
+    sum.red_blue += ((rb >> 2) & 0x3fff3fff);
+    sum.green += ((texel >> 8) & 0xff) * weight;
+  };
+  add(row0 + ix, w00);
+  add(row0 + jx, w10);
+  add(row1 + ix, w01);
+  add(row1 + jx, w11);
+}
+
+// Interpolates the light map in the grid cell's triangle around (u, v).
+inline Vector8 bakedLight(const LightMap& map, Int8 offset, Int8 resolution, Float8 u, Float8 v) {
+  const Float8 r = toFloat(resolution);
+  const Float8 x = simd::max(u, splat(0.f)) * r, y = simd::max(v, splat(0.f)) * r;
+  const Int8 i = simd::min(simd::toInt(x), resolution - 1);
+  const Int8 j = simd::max(splat(0), simd::min(simd::toInt(y), resolution - 1 - i));
+  const Float8 fx = simd::clamp(x - toFloat(i), 0, 1), fy = simd::clamp(y - toFloat(j), 0, 1);
+  const Int8 upper = (fx + fy > 1.f) & (i + j + 2 <= resolution);
+  const Float8 s = simd::min(fx + fy, splat(1.f));
+  // Lower: corners (i, j) (i+1, j) (i, j+1); upper: (i+1, j+1) (i+1, j) (i, j+1).
+  const Float8 w0 = simd::select(upper, fx + fy - 1.f, 1.f - s);
+  const Float8 w1 = simd::select(upper, 1.f - fy, fx), w2 = 1.f - w0 - w1;
+  const Int8 row = offset + j * (resolution + 1) - ((j * (j - 1)) >> 1);
+  const Int8 above = row + resolution + 1 - j;
+  const int* samples = reinterpret_cast<const int*>(map.samples.data());
+  Vector8 light = simd::splat3(0, 0, 0);
+  const auto add = [&](Int8 at, Float8 weight) {
+    const Int8 q = simd::gather(samples, at);
+    const Float8 red = toFloat(q & 2047), green = toFloat((q >> 11) & 2047),
+                 blue = toFloat((q >> 22) & 1023);
+    light.x += weight * red * red;
+    light.y += weight * green * green;
+    light.z += weight * blue * blue;
+  };
+  add(simd::select(upper, above + i + 1, row + i), w0);
+  add(row + i + 1, w1);
+  add(above + i, w2);
+  const float scale = map.max / (2047.f * 2047.f), blue_scale = map.max / (1023.f * 1023.f);
+  return light * Vector8{splat(scale), splat(scale), splat(blue_scale)};
+}
+
+inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t, Float8 u, Float8 v,
+                               Float8 lod) {
+  const Int8 last = simd::min(t.log_width, t.log_height);
+  const Int8 level = simd::max(splat(0), simd::min(simd::toInt(lod), last));
+  TexelSum sum;
+  addTap(scene, t, level, u, v, sum);
+  const Float8 red = toFloat(sum.red_blue & 0xffff) * (4.f / 65280.f),
+               blue = toFloat((sum.red_blue >> 16) & 0xffff) * (4.f / 65280.f),
+               green = toFloat(sum.green) * (1.f / 65280.f);
+  return {red * red, green * green, blue * blue};
+}
+
+// `pixel` is the footprint's width per metre of t across the ray; `dither` in [0, 1) picks between
+// two mip levels, so that samples of one pixel together are trilinear. kTaps taps are spread along
+// the longer axis of the footprint.
+template <int kTaps>
+inline Surface surfaceAt(const RenderScene& scene, const RayPacket& rays, const PacketHits& hits,
+                         Float8 pixel, float dither) {
+  TriangleLanes t;
+  loadTriangles(scene, hits, t);
+  Surface surface;
+  surface.instance = t.instance;
+  surface.specular = t.specular;
+  surface.lobe = t.lobe;
+  const Float8 u = simd::clamp(hits.u, 0, 1), v = simd::clamp(hits.v, 0, 1);
+  const Float8 distance = simd::select(hits.mask, hits.t, splat(1.f));
+
+  const Vector8 d = rays.direction * simd::inverseSqrt(dot(rays.direction, rays.direction));
+  const Vector8 g =
+      hits.normal * simd::inverseSqrt(simd::max(dot(hits.normal, hits.normal), splat(1e-30f)));
+  const Float8 cosine = dot(g, d), slant = simd::max(simd::abs(cosine), splat(0.06f));
+  const Float8 width = distance * pixel;
+  const Float8 minor = simd::log2Approximately(simd::max(width, splat(1e-9f))) + t.log2_density;
+  const Float8 major = minor - simd::log2Approximately(slant);
+  const Float8 tu = t.uv0[0] + u * t.uv1[0] + v * t.uv2[0];
+  const Float8 tv = t.uv0[1] + u * t.uv1[1] + v * t.uv2[1];
+  if constexpr (kTaps == 1) {
+    const Vector8 texture = filteredTexture(scene, t, tu, tv, (minor + major) * 0.5f + dither);
+    surface.albedo = texture;
+  } else {
+    const Float8 lod = simd::max(minor, major - (kTaps == 2 ? 1.f : 2.f));
+    const Float8 k = width / slant *
+                     simd::inverseSqrt(simd::max(1.f - cosine * cosine, splat(1e-6f)));
+    const Vector8 axis = (d - g * cosine) * k;
+    const Float8 du = t.gradient_u[0] * axis.x + t.gradient_u[1] * axis.y + t.gradient_u[2] * axis.z;
+    const Float8 dv = t.gradient_v[0] * axis.x + t.gradient_v[1] * axis.y + t.gradient_v[2] * axis.z;
+    Vector8 texture = simd::splat3(0, 0, 0);
+    for (int q = 0; q < kTaps; ++q) {
+      const float along = (static_cast<float>(q) + 0.5f) / kTaps - 0.5f;
+      float shift = dither + static_cast<float>((2 * q + (q >> 1)) % kTaps) / kTaps;
+      shift -= static_cast<float>(static_cast<int>(shift));
+      texture = texture + filteredTexture(scene, t, tu + du * along, tv + dv * along, lod + shift);
+    }
+    surface.albedo = texture * splat(1.f / kTaps);
+  }
+  surface.emission = t.emits ? surface.albedo * t.emission : simd::splat3(0, 0, 0);
+  surface.albedo = surface.albedo * t.tint;
+  surface.light = bakedLight(scene.light, t.light_offset, t.light_resolution, u, v);
+  Vector8 n = {t.normal0[0] + u * t.normal1[0] + v * t.normal2[0],
+               t.normal0[1] + u * t.normal1[1] + v * t.normal2[1],
+               t.normal0[2] + u * t.normal1[2] + v * t.normal2[2]};
+  const Float8 length = simd::inverseSqrt(simd::max(dot(n, n), splat(1e-12f)));
+  surface.normal = n * simd::select(cosine < 0.f, length, -length);
+  return surface;
+}
+
+// Share of a bell of half width w around a that lies within [-half, half].
+inline Float8 coverage(Float8 a, float half, Float8 inverse_w) {
+  const auto rise = [](Float8 x) {
+    const Float8 s = simd::clamp(x * 0.5f + 0.5f, 0, 1);
+    return s * s * (3.f - 2.f * s);
+  };
+  return rise((half - a) * inverse_w) - rise((-half - a) * inverse_w);
+}
+
+// The mirror ray meets each light's plane; a glossy surface sees the light blurred by its lobe.
+// What lies in shadow shows no highlight: the baked light says so.
+inline Vector8 highlight(const RenderScene& scene, const RayPacket& rays, const PacketHits& hits,
+                         const Surface& s) {
+  const Vector8 d = rays.direction * simd::inverseSqrt(dot(rays.direction, rays.direction));
+  const Float8 cosine = dot(d, s.normal);
+  const Vector8 mirror = d - s.normal * (2.f * cosine);
+  const Vector8 p = rays.origin + rays.direction * simd::select(hits.mask, hits.t, splat(1.f));
+  const Float8 f = 1.f - simd::min(simd::abs(cosine), splat(1.f)), f2 = f * f;
+  // Schlick's Fresnel term; a rough surface gains less at grazing angles.
+  const Float8 gain = simd::max(0.6f - s.lobe * 0.8f, splat(0.f));
+  const Float8 fresnel = s.specular + (gain * simd::min(s.specular * 25.f, splat(1.f))) * (f2 * f2 * f);
+  Vector8 sum = s.light * splat(0.5f);  // what else the mirror ray may meet
+  const Float8 lit = simd::min(s.light.y * (1.5f / scene.light.typical), splat(1.f));
+  const Float8 gate = lit * lit;
+  for (const RectangleLight& light : scene.lights) {
+    const Vector8 axis_u = simd::splat3(light.axis_u), axis_v = simd::splat3(light.axis_v),
+                  normal = simd::splat3(light.normal);
+    const Vector8 to = simd::splat3(light.center) - p;
+    const Float8 towards = simd::min(dot(mirror, normal), splat(-1e-3f));
+    const Float8 t = dot(to, normal) / towards;
+    const Vector8 q = mirror * t - to;
+    const Float8 inverse_w = 1.f / simd::max(t * s.lobe, splat(1e-4f));
+    const Float8 share = coverage(dot(q, axis_u), light.half_u, inverse_w) *
+                         coverage(dot(q, axis_v), light.half_v, inverse_w);
+    const Int8 sees = (dot(mirror, normal) < -1e-3f) & (t > 0.f);
+    sum = sum + simd::splat3(light.radiance) * simd::select(sees, share * gate, splat(0.f));
+  }
+  return sum * fresnel;
+}
+
+inline Vector8 radianceOf(const RenderScene& scene, const RayPacket& rays, const PacketHits& hits,
+                          const Surface& s) {
+  const Vector8 glossy = highlight(scene, rays, hits, s);
+  const Vector8 seen = s.albedo * s.light + s.emission + glossy;
+  return simd::select(hits.mask, seen, simd::splat3(scene.sky));
+}
+
+}  // namespace shading
+}  // namespace diorama
+
+#pragma GCC diagnostic pop

@@ -1,0 +1,191 @@
+#include "sim/silhouettes.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace diorama {
+
+using simd::Float8;
+using simd::Int8;
+using simd::splat;
+
+// A box of directions (x / z, y / z) in the camera frame.
+struct SilhouetteTracer::DirectionBox {
+  float x0 = std::numeric_limits<float>::infinity(), x1 = -x0, y0 = x0, y1 = -x0;
+  void extend(float x, float y) {
+    x0 = std::min(x0, x);
+    x1 = std::max(x1, x);
+    y0 = std::min(y0, y);
+    y1 = std::max(y1, y);
+  }
+  bool meets(const DirectionBox& o) const {
+    return x0 <= o.x1 && o.x0 <= x1 && y0 <= o.y1 && o.y0 <= y1;
+  }
+};
+
+namespace {
+
+constexpr int kCell = 8;  // px
+
+Int8 maskOfBits(int bits) {
+  const Int8 bit = {1, 2, 4, 8, 16, 32, 64, 128};
+  return (splat(bits) & bit) != splat(0);
+}
+
+int count(int bits) { return __builtin_popcount(static_cast<unsigned>(bits)); }
+
+RayPacket worldRays(const SE3& T_world_camera, const Matrix3d& R, Float8 x, Float8 y) {
+  return {simd::splat3(T_world_camera.translation),
+          simd::splat3(R.col(0)) * x + simd::splat3(R.col(1)) * y + simd::splat3(R.col(2))};
+}
+
+}  // namespace
+
+// Directions at the corners of cells of 8 x 8 px over the image and as much to each side; inside a
+// cell they are interpolated, which is good to a small part of a pixel.
+struct SilhouetteTracer::Beyond {
+  explicit Beyond(const Camera& camera)
+      : columns(3 * camera.width() / kCell + 1), rows(3 * camera.height() / kCell + 1) {
+    for (int r = 0; r <= rows; ++r)
+      for (int c = 0; c <= columns; ++c)
+        corners.push_back(extendedDirection(camera, Vector2d(c * kCell - camera.width(),
+                                                             r * kCell - camera.height()))
+                              .cast<float>());
+  }
+  const Eigen::Vector2f& corner(int c, int r) const {
+    return corners[static_cast<size_t>(r * (columns + 1) + c)];
+  }
+  int columns, rows;
+  std::vector<Eigen::Vector2f> corners;
+};
+
+SilhouetteTracer::SilhouetteTracer(const RenderScene& scene, const Camera& camera,
+                                   const RayTable& table)
+    : scene_(scene), camera_(camera), table_(table) {
+  for (int tile = 0; tile < table.tileCount(); ++tile) {
+    DirectionBox box;
+    for (int p = 0; p < kPacketsPerTile; ++p) {
+      const PacketRays& packet = table.packet(tile, p);
+      for (int lane = 0; lane < 8; ++lane)
+        if (packet.valid >> lane & 1) box.extend(packet.x[lane], packet.y[lane]);
+    }
+    tile_boxes_.push_back(box);
+  }
+}
+
+SilhouetteTracer::~SilhouetteTracer() = default;
+
+SilhouetteTracer::DirectionBox SilhouetteTracer::boxOf(const SceneInstance& instance,
+                                                       const SE3& T_camera_world) const {
+  const SE3 T_camera_object = T_camera_world * instance.T_world_object;
+  DirectionBox box;
+  for (int k = 0; k < 8; ++k) {
+    const Vector3d corner((k & 1 ? instance.max_corner : instance.min_corner).x(),
+                          (k & 2 ? instance.max_corner : instance.min_corner).y(),
+                          (k & 4 ? instance.max_corner : instance.min_corner).z());
+    const Vector3d p = T_camera_object * corner;
+    if (p.z() < 1e-3) {  // reaches behind the camera: anywhere
+      constexpr float kAll = std::numeric_limits<float>::infinity();
+      return {-kAll, kAll, -kAll, kAll};
+    }
+    box.extend(static_cast<float>(p.x() / p.z()), static_cast<float>(p.y() / p.z()));
+  }
+  return box;
+}
+
+std::vector<Silhouette> SilhouetteTracer::trace(const SE3& T_world_camera, const TruthBuffer& truth,
+                                                WorkerPool& pool) {
+  std::vector<Silhouette> result;
+  const SE3 T_camera_world = T_world_camera.inverse();
+  for (size_t id = 0; id < scene_.instances.size(); ++id) {
+    const SceneInstance& instance = scene_.instances[id];
+    if (!instance.tracked) continue;
+    Silhouette silhouette;
+    silhouette.mask = Image<uint8_t>(camera_.width(), camera_.height());
+    const DirectionBox box = boxOf(instance, T_camera_world);
+    traceInside(static_cast<int>(id), box, T_world_camera, truth, pool, silhouette);
+    silhouette.px_all = silhouette.px_valid + countOutside(instance, box, T_world_camera, pool);
+    result.push_back(std::move(silhouette));
+  }
+  return result;
+}
+
+void SilhouetteTracer::traceInside(int id, const DirectionBox& box, const SE3& T_world_camera,
+                                   const TruthBuffer& truth, WorkerPool& pool,
+                                   Silhouette& silhouette) const {
+  const Bvh& bvh = *scene_.instances[static_cast<size_t>(id)].alone;
+  const Matrix3d R = T_world_camera.rotationMatrix();
+  struct Counts {
+    int valid = 0, visible = 0;
+  };
+  std::vector<Counts> counts(static_cast<size_t>(table_.tileCount()));
+  pool.run(table_.tileCount(), [&](int tile) {
+    if (!tile_boxes_[static_cast<size_t>(tile)].meets(box)) return;
+    Counts& sum = counts[static_cast<size_t>(tile)];
+    for (int p = 0; p < kPacketsPerTile; ++p) {
+      const PacketRays& packet = table_.packet(tile, p);
+      const int x = table_.packetX(tile, p), y = table_.packetY(tile, p);
+      int visible = 0;
+      for (int lane = 0; lane < 8; ++lane)
+        visible |= (truth.instance(x + laneX(lane), y + laneY(lane)) == id) << lane;
+      visible &= packet.valid;
+      const Float8 dx = simd::load(packet.x), dy = simd::load(packet.y);
+      const Int8 near = (dx >= box.x0) & (dx <= box.x1) & (dy >= box.y0) & (dy <= box.y1);
+      const int open = simd::bits(near) & packet.valid & ~visible;
+      int all = visible;
+      if (open)
+        all |= simd::bits(bvh.occluded(worldRays(T_world_camera, R, dx, dy), maskOfBits(open),
+                                       splat(0.f),
+                                       splat(std::numeric_limits<float>::infinity()), true));
+      sum.visible += count(visible);
+      sum.valid += count(all);
+      for (int lane = 0; lane < 8; ++lane)
+        if (all >> lane & 1) silhouette.mask(x + laneX(lane), y + laneY(lane)) = 255;
+    }
+  });
+  for (const Counts& c : counts) {
+    silhouette.px_valid += c.valid;
+    silhouette.px_visible += c.visible;
+  }
+}
+
+int SilhouetteTracer::countOutside(const SceneInstance& instance, const DirectionBox& box,
+                                   const SE3& T_world_camera, WorkerPool& pool) {
+  // An object whose box lies well within the outermost tiles cannot leave the image.
+  if (!beyond_) beyond_ = std::make_unique<Beyond>(camera_);
+  const Beyond& grid = *beyond_;
+  const Matrix3d R = T_world_camera.rotationMatrix();
+  const int w = camera_.width(), h = camera_.height();
+  std::vector<int> counts(static_cast<size_t>(grid.rows), 0);
+  pool.run(grid.rows, [&](int r) {
+    for (int c = 0; c < grid.columns; ++c) {
+      const int x = c * kCell - w, y = r * kCell - h;
+      if (x >= 0 && y >= 0 && x + kCell <= w && y + kCell <= h) continue;
+      DirectionBox cell;
+      for (int k = 0; k < 4; ++k) {
+        const Eigen::Vector2f& d = grid.corner(c + (k & 1), r + (k >> 1));
+        cell.extend(d.x(), d.y());
+      }
+      if (!cell.meets(box)) continue;
+      for (int row = 0; row < kCell; ++row) {
+        const float fv = static_cast<float>(row) / kCell;
+        const Eigen::Vector2f a = (1 - fv) * grid.corner(c, r) + fv * grid.corner(c, r + 1);
+        const Eigen::Vector2f b = (1 - fv) * grid.corner(c + 1, r) + fv * grid.corner(c + 1, r + 1);
+        const Float8 fu = Float8{0, 1, 2, 3, 4, 5, 6, 7} / static_cast<float>(kCell);
+        const Float8 dx = a.x() + fu * (b.x() - a.x()), dy = a.y() + fu * (b.y() - a.y());
+        const Int8 u = Int8{0, 1, 2, 3, 4, 5, 6, 7} + x;
+        const Int8 canvas = (u < 2 * w) & splat(y + row < 2 * h ? -1 : 0);
+        const Int8 image = (u >= 0) & (u < w) & splat(y + row >= 0 && y + row < h ? -1 : 0);
+        const Int8 active = canvas & ~image;
+        if (!simd::bits(active)) continue;
+        counts[static_cast<size_t>(r)] += count(simd::bits(
+            instance.alone->occluded(worldRays(T_world_camera, R, dx, dy), active, splat(0.f),
+                                     splat(std::numeric_limits<float>::infinity()), true)));
+      }
+    }
+  });
+  return std::accumulate(counts.begin(), counts.end(), 0);
+}
+
+}  // namespace diorama

@@ -1,0 +1,114 @@
+#include "sim/simulator.h"
+
+#include <algorithm>
+
+#include "core/errors.h"
+#include "sim/light_baker.h"
+#include "sim/ray_renderer.h"
+#include "sim/sensor.h"
+
+namespace diorama {
+namespace {
+
+std::shared_ptr<const RenderScene> makeLitScene(const Scene& scene, WorkerPool& pool) {
+  auto result = std::make_shared<RenderScene>(makeRenderScene(scene));
+  loadOrBakeLight(*result, LightBakerOptions{}, pool);
+  return result;
+}
+
+// The same view with a quarter of the pixels along each side.
+Camera meteringCamera(CameraParameters camera) {
+  constexpr int kPart = 4;
+  camera.width = std::max(1, camera.width / kPart);
+  camera.height = std::max(1, camera.height / kPart);
+  camera.fx /= kPart;
+  camera.fy /= kPart;
+  camera.cx = (camera.cx + 0.5) / kPart - 0.5;
+  camera.cy = (camera.cy + 0.5) / kPart - 0.5;
+  return Camera(camera);
+}
+
+// One exposure for the whole sequence, metered along the path.
+double meteredExposure(const Scene& scene, const std::shared_ptr<const RenderScene>& lit) {
+  constexpr int kViews = 8;
+  const RayRenderer meter(lit, meteringCamera(scene.camera), {RenderQuality::kDraft, 1});
+  std::vector<Image<Radiance>> pictures;
+  for (int view = 0; view < kViews; ++view) {
+    const SE3 pose = scene.path->pose(scene.duration_s * (view + 0.5) / kViews);
+    pictures.push_back(meter.render({[&](double) { return pose; }, false}).radiance);
+  }
+  return chooseExposure(pictures);
+}
+
+}  // namespace
+
+struct Simulator::State {
+  State(Scene s, RenderOptions options)
+      : scene(std::move(s)),
+        camera(scene.camera),
+        pool(options.threads),
+        lit(makeLitScene(scene, pool)),
+        renderer(lit, camera, options),
+        sensor(camera, scene.effects, meteredExposure(scene, lit), scene.seed) {}
+
+  ExposureMotion motionDuring(int index) const;
+  GroundTruth truthOf(int index, RenderedFrame rendered) const;
+
+  Scene scene;
+  Camera camera;
+  WorkerPool pool;
+  std::shared_ptr<const RenderScene> lit;
+  RayRenderer renderer;
+  Sensor sensor;
+};
+
+Simulator::Simulator(Scene scene, RenderOptions options)
+    : state_(std::make_unique<State>(std::move(scene), options)) {}
+Simulator::~Simulator() = default;
+
+const Camera& Simulator::camera() const { return state_->camera; }
+int Simulator::frameCount() const { return state_->scene.frameCount(); }
+const Scene& Simulator::scene() const { return state_->scene; }
+
+FrameAndTruth Simulator::read(int index) {
+  DIORAMA_CHECK(index >= 0 && index < frameCount());
+  RenderedFrame rendered = state_->renderer.render(state_->motionDuring(index));
+
+  FrameAndTruth result;
+  result.frame.index = index;
+  result.frame.timestamp_ns = state_->scene.timestampNs(index);
+  result.frame.rgb = state_->sensor.expose(rendered.radiance, index, state_->pool);
+  result.frame.gray = toGray(result.frame.rgb);
+  result.truth = state_->truthOf(index, std::move(rendered));
+  return result;
+}
+
+ExposureMotion Simulator::State::motionDuring(int index) const {
+  const double middle_s = static_cast<double>(scene.timestampNs(index)) * 1e-9;
+  ExposureMotion motion;
+  motion.blur = scene.effects.blur && scene.exposure_s > 0;
+  motion.pose = [this, index, middle_s](double fraction) {
+    return fraction == 0 ? scene.T_world_camera(index)
+                         : scene.path->pose(middle_s + fraction * scene.exposure_s);
+  };
+  return motion;
+}
+
+GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) const {
+  GroundTruth truth;
+  truth.timestamp_ns = scene.timestampNs(index);
+  truth.T_world_camera = scene.T_world_camera(index);
+  truth.depth_m = std::move(rendered.depth_m);
+  truth.instance_id = std::move(rendered.instance_id);
+  size_t next = 0;
+  for (const SceneObject& object : scene.objects) {
+    if (!object.tracked) continue;
+    Silhouette& silhouette = rendered.silhouettes[next++];
+    truth.objects.push_back({object.name, object.T_world_object, silhouette.px_all,
+                             silhouette.px_valid, silhouette.px_visible,
+                             std::move(silhouette.mask)});
+  }
+  return truth;
+}
+
+}  // namespace diorama
