@@ -28,8 +28,10 @@ def compare(names, root):
     """Files of `names` that differ between this folder and `root`."""
     different = []
     for name in names:
-        files = {f.name for folder in (HERE / name, root / name) if folder.is_dir()
-                 for f in folder.iterdir()}
+        files = {
+            f.name
+            for folder in (HERE / name, root / name) if folder.is_dir() for f in folder.iterdir()
+        }
         for file in sorted(files):
             a, b = HERE / name / file, root / name / file
             if not (a.is_file() and b.is_file() and filecmp.cmp(a, b, shallow=False)):

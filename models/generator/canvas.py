@@ -7,12 +7,14 @@ import cairo
 import numpy as np
 from PIL import Image
 
-FONTS = {"sans": "Lato", "light": "Lato Light", "medium": "Lato Medium", "heavy": "Lato Heavy",
-         "black": "Lato Black", "slab": "Roboto Slab", "slab light": "Roboto Slab Light",
-         "display": "Bebas Neue", "brush": "Kaushan Script", "lobster": "Lobster Two",
-         "serif": "EB Garamond", "hand": "Breip", "note": "DkgHandwriting", "script": "Kristi",
-         "dance": "Dancing Script", "round": "Quicksand", "narrow": "Yanone Kaffeesatz",
-         "mono": "DejaVu Sans Mono", "ocr": "OCR B"}
+FONTS = {
+    "sans": "Lato", "light": "Lato Light", "medium": "Lato Medium", "heavy": "Lato Heavy",
+    "black": "Lato Black", "slab": "Roboto Slab", "slab light": "Roboto Slab Light",
+    "display": "Bebas Neue", "brush": "Kaushan Script", "lobster": "Lobster Two",
+    "serif": "EB Garamond", "hand": "Breip", "note": "DkgHandwriting", "script": "Kristi",
+    "dance": "Dancing Script", "round": "Quicksand", "narrow": "Yanone Kaffeesatz",
+    "mono": "DejaVu Sans Mono", "ocr": "OCR B"
+}
 
 
 def rgb(colour, alpha=1.0):
@@ -42,6 +44,7 @@ def radial(x, y, r, *stops, fx=None, fy=None, r0=0.0):
 
 
 class Canvas:
+
     def __init__(self, width, height, px_width, px_height, background="#ffffff"):
         self.width, self.height = width, height
         self.surface = cairo.ImageSurface(cairo.FORMAT_ARGB32, px_width, px_height)
@@ -209,7 +212,8 @@ class Canvas:
                     free = w - sum(self.text_width(v, size, font, **style) for v in words)
                     cx = x
                     for v in words:
-                        cx += self.text(cx, y, v, size, font, fill, **keys) + free / (len(words) - 1)
+                        cx += self.text(cx, y, v, size, font, fill, **
+                                        keys) + free / (len(words) - 1)
                 else:
                     align = keys.get("align", "l")
                     self.text(x + {"l": 0, "c": w / 2, "r": w}[align], y, line, size, font, fill,

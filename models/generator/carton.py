@@ -8,13 +8,13 @@ from .carton_print import ATLAS, draw_atlas
 from .mesh import Model, Patch, join, rotation
 from .shapes import turned
 
-HALF = 0.048       # half width and depth
-CREASE = 0.001     # radius of the vertical board creases
-BODY = 0.178       # height of the body
-RIDGE = 0.220      # where the two roof panels meet the fin
+HALF = 0.048  # half width and depth
+CREASE = 0.001  # radius of the vertical board creases
+BODY = 0.178  # height of the body
+RIDGE = 0.220  # where the two roof panels meet the fin
 TOP = 0.240
-FIN = 0.0011       # half thickness of the fin
-TUCK = 0.034       # how far the side gussets are folded in
+FIN = 0.0011  # half thickness of the fin
+TUCK = 0.034  # how far the side gussets are folded in
 PERIMETER = 4 * 2 * (HALF - CREASE) + 2 * math.pi * CREASE
 PANEL = PERIMETER / 4
 
@@ -40,8 +40,8 @@ def quads(levels, uvs, normals, mat):
     faces = []
     for a in range(len(levels) - 1):
         for i in range(count - 1):
-            faces.append((a * count + i, a * count + i + 1, (a + 1) * count + i + 1,
-                          (a + 1) * count + i))
+            faces.append(
+                (a * count + i, a * count + i + 1, (a + 1) * count + i + 1, (a + 1) * count + i))
     return Patch(np.vstack(levels), np.vstack(normals), np.vstack(uvs), faces, [mat] * len(faces))
 
 
@@ -65,7 +65,7 @@ def body():
     # The fold at the top turns the wall by `lean` into the roof panel or the gusset.
     slope_front = math.atan2(HALF - FIN, RIDGE - BODY)
     slope_side = math.atan2(TUCK, RIDGE - BODY)
-    lean = np.array([slope_front * abs(b) ** 2 + slope_side * abs(a) ** 2 for a, b in n2])
+    lean = np.array([slope_front * abs(b)**2 + slope_side * abs(a)**2 for a, b in n2])
     r = CREASE
     levels, normals, uvs, heights = [], [], [], []
 
@@ -76,11 +76,11 @@ def body():
         heights.append(up)
 
     one = np.ones(len(xy))
-    for k in range(3):                                         # bottom edge
+    for k in range(3):  # bottom edge
         t = math.radians(-90 + 45 * k)
         add(one * r * (1 - math.cos(t)), one * r * (1 + math.sin(t)), one * t, one * r * (1 + t))
     cut = r * np.tan(lean / 2)
-    for k in range(3):                                         # fold into the roof
+    for k in range(3):  # fold into the roof
         t = lean * k / 2
         add(r * (1 - np.cos(t)), BODY - cut + r * np.sin(t), t, BODY - cut + r * t)
     return rows, quads(levels, uvs, normals, "board"), levels[-1], heights[-1], levels[0]
@@ -125,7 +125,7 @@ def roof(rows, base, up):
         up_here = rise if k < 4 else slant + (z - RIDGE)
         lo, hi = (0, PANEL) if k < 4 else (3 * PANEL, 2 * PANEL)
         uvs.append(np.array([uv(lo, up_here), uv(hi, up_here)]))
-        if k == 3:      # the print of the back panel begins at the middle of the fin
+        if k == 3:  # the print of the back panel begins at the middle of the fin
             levels.append(levels[-1])
             normals.append(normals[-1])
             uvs.append(np.array([uv(3 * PANEL, rise), uv(2 * PANEL, rise)]))
@@ -148,8 +148,8 @@ def cap():
     radius = np.hypot(rows.p[:, 0], rows.p[:, 1])
     on_top = rows.p[:, 2] > 0.0135
     # The top is mapped as a disc, the side as a strip of ribs.
-    disc = np.column_stack([x0 + w / 2 + rows.p[:, 0] * 1000 * 0.5,
-                            y0 + w / 2 - rows.p[:, 1] * 1000 * 0.5])
+    disc = np.column_stack(
+        [x0 + w / 2 + rows.p[:, 0] * 1000 * 0.5, y0 + w / 2 - rows.p[:, 1] * 1000 * 0.5])
     strip = np.column_stack([x0 + rows.uv[:, 0] * w, y0 + h - rows.p[:, 2] * 1000 * 0.5])
     mm = np.where((on_top & (radius < 0.0141))[:, None], disc, strip)
     rows.uv = np.column_stack([mm[:, 0] / ATLAS["width"], 1 - mm[:, 1] / ATLAS["height"]])

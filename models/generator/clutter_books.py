@@ -19,13 +19,15 @@ def cover_sheet(sizes):
     """256 mm high cells stacked over each other; `sizes`: (width, height, thickness) in mm."""
     c = Canvas(420, 4 * 260, 1024, 2048, "#dcd2bd")
     random = rng(801)
-    for k in range(400):                                    # page edges, right of the covers
-        c.line(398, 2.6 * k, 420, 2.6 * k + random.normal(0, 0.2), (0.35, 0.28, 0.18, random.uniform(0.05, 0.4)), 0.5)
+    for k in range(400):  # page edges, right of the covers
+        c.line(398, 2.6 * k, 420, 2.6 * k + random.normal(0, 0.2),
+               (0.35, 0.28, 0.18, random.uniform(0.05, 0.4)), 0.5)
     for k, (w, h, t) in enumerate(sizes):
         y = 260 * k
         front, spine = 2 + w + t, 2 + w
         with c.clipped(2, y, 2 * w + t, h):
-            (cover_maths, cover_novel, cover_garden, cover_robots)[k](c, front, y, w, h, spine, t, random)
+            (cover_maths, cover_novel, cover_garden, cover_robots)[k](c, front, y, w, h, spine, t,
+                                                                      random)
     return picture(mottled(c.array() * 0.95, 802, 1.3, 1.6))
 
 
@@ -47,18 +49,23 @@ def cover_maths(c, x, y, w, h, sx, t, random):
     spine_text(c, sx, y, t, h, "Estimation on Manifolds", "HALMAR", "slab", "#1f2937")
     c.rect(sx, y + h - 16, t, 3, "#1f2937")
     ean13(c, 2 + w - 56, y + h - 38, 44, 26, "978031415926")
-    c.paragraph(18, y + 30, w - 40, "A patient course in states that live on curved spaces: rotations, poses, maps. With two "
-                "hundred exercises and a chapter on things that go wrong.", 6.0, "serif", fill="#1f2937")
+    c.paragraph(
+        18, y + 30, w - 40,
+        "A patient course in states that live on curved spaces: rotations, poses, maps. With two "
+        "hundred exercises and a chapter on things that go wrong.", 6.0, "serif", fill="#1f2937")
 
 
 def cover_novel(c, x, y, w, h, sx, t, random):
-    c.rect(2, y, 2 * w + t, h, linear(0, y, 0, y + h, (0, "#1d2b4f"), (0.55, "#7b3f5e"), (1, "#e08a5a")))
+    c.rect(2, y, 2 * w + t, h,
+           linear(0, y, 0, y + h, (0, "#1d2b4f"), (0.55, "#7b3f5e"), (1, "#e08a5a")))
     c.circle(x + w / 2, y + h * 0.55, 34, "#f4d7a1")
     for k, tone in enumerate(("#5a3150", "#3a2444", "#1c1730")):
-        pts = [(xx, y + h * (0.66 + 0.09 * k) + 9 * math.sin(xx / (17 - 3 * k) + 2 * k)) for xx in range(-10, 420, 10)]
+        pts = [(xx, y + h * (0.66 + 0.09 * k) + 9 * math.sin(xx / (17 - 3 * k) + 2 * k))
+               for xx in range(-10, 420, 10)]
         c.poly([(-10, y + h)] + pts + [(430, y + h)], tone)
     for _ in range(60):
-        c.circle(random.uniform(2, 2 * w + t), y + random.uniform(0, h * 0.4), random.uniform(0.2, 0.7), (1, 1, 0.9, 0.8))
+        c.circle(random.uniform(2, 2 * w + t), y + random.uniform(0, h * 0.4),
+                 random.uniform(0.2, 0.7), (1, 1, 0.9, 0.8))
     c.text(x + w / 2, y + 36, "HARBOUR", 25, "display", "#f6ead2", "c", bold=True, tracking=2)
     c.text(x + w / 2, y + 60, "LIGHTS", 25, "display", "#f6ead2", "c", bold=True, tracking=2)
     c.text(x + w / 2, y + 74, "a novel", 8, "script", "#f4d7a1", "c")
@@ -73,11 +80,14 @@ def cover_garden(c, x, y, w, h, sx, t, random):
         px, py, r = random.uniform(0, 2 * w + t), y + random.uniform(0, h), random.uniform(8, 22)
         tone = ("#4d7a4a", "#7fa05a", "#2f5d50", "#a9bf7a", "#d98e55")[int(random.integers(0, 5))]
         with c.at(px, py, random.uniform(0, 360)):
-            c.curve([(0, 0), (r * 0.5, -r * 0.35), (r * 1.3, 0), (r * 0.5, r * 0.35)], tone, closed=True)
+            c.curve([(0, 0), (r * 0.5, -r * 0.35), (r * 1.3, 0), (r * 0.5, r * 0.35)], tone,
+                    closed=True)
             c.line(0, 0, r * 1.2, 0, (1, 1, 1, 0.5), 0.5)
     c.rect(x + 16, y + 40, w - 32, 60, "#fbf8ee", "#2f5d50", 1.2)
-    c.fit(x + w / 2, y + 66, w - 46, "The Kitchen", "lobster", 22, fill="#2f5d50", align="c", bold=True)
-    c.fit(x + w / 2, y + 87, w - 56, "Garden Year", "lobster", 20, fill="#d0703c", align="c", bold=True)
+    c.fit(x + w / 2, y + 66, w - 46, "The Kitchen", "lobster", 22, fill="#2f5d50", align="c",
+          bold=True)
+    c.fit(x + w / 2, y + 87, w - 56, "Garden Year", "lobster", 20, fill="#d0703c", align="c",
+          bold=True)
     c.rect(sx, y, t, h, "#2f5d50")
     spine_text(c, sx, y, t, h, "The Kitchen Garden Year", "Arden", "lobster", "#fbf8ee")
 
@@ -109,11 +119,13 @@ def hardcover(cell, size, name):
     plain = (front[0] + 0.01, front[1] + 0.002, front[0] + 0.012, front[1] + 0.004)
     sides = {k: plain for k in ("front", "left", "right", "back")}
     # Boards are built with the height along +x turned later: width w along x, height h along y.
-    top = box((w, h, thick), 0.0011, name, uv={"top": front, "bottom": plain, **sides}).moved(z=t - thick)
+    top = box((w, h, thick), 0.0011, name, uv={"top": front, "bottom": plain,
+                                               **sides}).moved(z=t - thick)
     low = box((w, h, thick), 0.0011, name, uv={"bottom": back, "top": plain, **sides})
     edge = (0.95, 0.02, 0.995, 0.24)
     pages = box((w - 0.006, h - 0.008, t - 2 * thick + 0.0004), 0.0, name,
-                uv={k: edge for k in ("front", "back", "left", "right", "top", "bottom")})
+                uv={k: edge
+                    for k in ("front", "back", "left", "right", "top", "bottom")})
     pages = pages.moved(x=-0.002, z=thick - 0.0002)
     # The spine: an arched strip along the left edge.
     spine = rect(0.002 + w, t)
@@ -132,17 +144,22 @@ def hardcover(cell, size, name):
     n = np.array(n) / np.linalg.norm(n, axis=1, keepdims=True)
     faces = [(2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1) for k in range(6)]
     outer = Patch(np.array(p), n, np.array(uv), faces, [name] * 6)
-    inner = Patch(outer.p + np.array([0.0016, 0, 0]), -n, outer.uv, [f[::-1] for f in faces], [name] * 6)
+    inner = Patch(outer.p + np.array([0.0016, 0, 0]), -n, outer.uv, [f[::-1] for f in faces],
+                  [name] * 6)
     rim = []
     for sy in (0, 1):
         q = np.vstack([outer.p[sy::2], inner.p[sy::2]])
-        strip = [(k, k + 7, k + 8, k + 1) if sy == 0 else (k, k + 1, k + 8, k + 7) for k in range(6)]
-        rim.append(Patch(q, np.tile([0, 2.0 * sy - 1, 0], (14, 1)), np.tile([plain[:2]], (14, 1)), strip, [name] * 6))
+        strip = [(k, k + 7, k + 8, k + 1) if sy == 0 else (k, k + 1, k + 8, k + 7)
+                 for k in range(6)]
+        rim.append(
+            Patch(q, np.tile([0, 2.0 * sy - 1, 0], (14, 1)), np.tile([plain[:2]], (14, 1)), strip,
+                  [name] * 6))
     ends = []
     for k in (0, 6):
         q = np.array([outer.p[2 * k], outer.p[2 * k + 1], inner.p[2 * k + 1], inner.p[2 * k]])
-        ends.append(Patch(q, np.tile([0, 0, -1.0 if k == 0 else 1.0], (4, 1)), np.tile([plain[:2]], (4, 1)),
-                          [(0, 1, 2, 3)] if k == 0 else [(3, 2, 1, 0)], [name]))
+        ends.append(
+            Patch(q, np.tile([0, 0, -1.0 if k == 0 else 1.0], (4, 1)), np.tile([plain[:2]], (4, 1)),
+                  [(0, 1, 2, 3)] if k == 0 else [(3, 2, 1, 0)], [name]))
     return [("boards", join(top, low)), ("pages", pages), ("spine", join(outer, inner, rim, ends))]
 
 
@@ -154,7 +171,8 @@ def book_stack():
     model.images["covers.jpg"] = cover_sheet(BOOKS)
     model.material("cover", image="covers.jpg", ks=0.04, ns=70)
     z = 0.0
-    for k, (size, turn, dx, dy) in enumerate(zip(BOOKS, (86, 97, 81, 104), (0, 0.006, -0.012, 0.014), (0, 0.004, 0.01, -0.004))):
+    for k, (size, turn, dx, dy) in enumerate(
+            zip(BOOKS, (86, 97, 81, 104), (0, 0.006, -0.012, 0.014), (0, 0.004, 0.01, -0.004))):
         for part, patch in hardcover(k, size, "cover"):
             model.add(f"book{k}_{part}", patch.rotated("z", turn).moved(dx, dy, z))
         z += size[2] / 1000 + 0.0003
@@ -173,26 +191,32 @@ def notebook_page():
         c.line(157 + 7 * k, 8, 157 + 7 * k, 203, (0.45, 0.6, 0.75, 0.45), 0.22)
     c.line(26, 0, 26, 210, (0.8, 0.35, 0.35, 0.6), 0.3)
     blue = "#23357f"
-    for k, line in enumerate(("22 Nov - run 14", "", "carton found at 0.4 m, lost when", "the mug passes in front (frame 212)",
-                              "-> weigh edges by gradient?", "", "sigma depth = 0.8 % of z", "drift after one lap: 11 mm", "",
-                              "* ask Lida for the thin cable", "* new batteries", "* try slower shutter 1/60", "",
-                              "it works!!  0.6 mm rms", "(with rolling rows on)")):
-        c.text(30 + random.normal(0, 0.6), 23.6 + 10.5 * k, line, 9.2, "hand", blue if k < 13 else "#a52a22")
+    for k, line in enumerate(
+        ("22 Nov - run 14", "", "carton found at 0.4 m, lost when",
+         "the mug passes in front (frame 212)", "-> weigh edges by gradient?", "",
+         "sigma depth = 0.8 % of z", "drift after one lap: 11 mm", "",
+         "* ask Lida for the thin cable", "* new batteries", "* try slower shutter 1/60", "",
+         "it works!!  0.6 mm rms", "(with rolling rows on)")):
+        c.text(30 + random.normal(0, 0.6), 23.6 + 10.5 * k, line, 9.2, "hand",
+               blue if k < 13 else "#a52a22")
     c.curve([(30, 164), (70, 166), (104, 163)], None, "#a52a22", 0.8)
     cx, cy = 222, 82
     for dx, dy in ((0, 0), (24, -20)):
-        c.curve([(cx - 30 + dx, cy - 24 + dy), (cx + 30 + dx, cy - 23 + dy), (cx + 30 + dx, cy + 44 + dy), (cx - 30 + dx, cy + 45 + dy)],
-                None, blue, 0.8, closed=True, tension=0.1)
+        c.curve([(cx - 30 + dx, cy - 24 + dy), (cx + 30 + dx, cy - 23 + dy),
+                 (cx + 30 + dx, cy + 44 + dy), (cx - 30 + dx, cy + 45 + dy)], None, blue, 0.8,
+                closed=True, tension=0.1)
     for sx, sy in ((-30, -24), (30, -23), (30, 44), (-30, 45)):
         c.line(cx + sx, cy + sy, cx + sx + 24, cy + sy - 20, blue, 0.7)
     c.text(cx - 52, cy + 60, "K = [ f 0 cx; 0 f cy ]", 9, "hand", blue)
     c.line(172, 190, 172, 152, blue, 0.7)
     c.line(168, 186, 282, 186, blue, 0.7)
-    c.curve([(172, 160), (186, 172), (202, 168), (220, 178), (248, 179), (280, 182)], None, "#a52a22", 0.9)
+    c.curve([(172, 160), (186, 172), (202, 168), (220, 178), (248, 179), (280, 182)], None,
+            "#a52a22", 0.9)
     c.text(252, 196, "t [s]", 7, "hand", blue)
-    for k in range(9):                                         # hatching
+    for k in range(9):  # hatching
         c.line(cx - 26 + 6 * k, cy + 42, cx - 20 + 6 * k, cy + 30, blue, 0.4)
-    c.rect(143, 0, 12, 210, linear(143, 0, 155, 0, (0, (0, 0, 0, 0.0)), (0.5, (0, 0, 0, 0.3)), (1, (0, 0, 0, 0.0))))
+    c.rect(143, 0, 12, 210,
+           linear(143, 0, 155, 0, (0, (0, 0, 0, 0.0)), (0.5, (0, 0, 0, 0.3)), (1, (0, 0, 0, 0.0))))
     return picture(mottled(c.array() * 0.95, 821, 0.9, 1.4))
 
 
@@ -207,18 +231,23 @@ def notebook():
     for side in (-1, 1):
         left = side < 0
         high = 0.007 if left else 0.005
-        body = box((0.142, 0.208, high), 0.0008, "edge", mats={"top": "page"},
-                   uv={"top": (0.005, 0.005, 0.483, 0.995) if left else (0.517, 0.005, 0.995, 0.995)})
+        body = box(
+            (0.142, 0.208, high), 0.0008, "edge", mats={"top": "page"},
+            uv={"top": (0.005, 0.005, 0.483, 0.995) if left else (0.517, 0.005, 0.995, 0.995)})
         model.add("pages_left" if left else "pages_right", body.moved(x=side * 0.0775, z=0.0012))
-        cover = prism(fillet([(-0.0725, -0.107), (0.0725, -0.107), (0.0725, 0.107), (-0.0725, 0.107)], 0.005, 3, closed=True),
-                      0.0013, 0.0005, "cover", bevel_seg=1)
+        cover = prism(
+            fillet([(-0.0725, -0.107), (0.0725, -0.107), (0.0725, 0.107), (-0.0725, 0.107)], 0.005,
+                   3, closed=True), 0.0013, 0.0005, "cover", bevel_seg=1)
         model.add("cover_left" if left else "cover_right", cover.moved(x=side * 0.0775))
     t = np.radians(np.linspace(-35, 215, 9))
     rings = []
     for k in range(22):
         y = -0.094 + 0.188 * k / 21
-        rings.append(tube(np.column_stack([0.0105 * np.cos(t), y + 0.0012 * np.sin(t * 0.5), 0.0072 + 0.0078 * np.sin(t)]), 0.0007,
-                          "wire", seg=6))
+        rings.append(
+            tube(
+                np.column_stack(
+                    [0.0105 * np.cos(t), y + 0.0012 * np.sin(t * 0.5),
+                     0.0072 + 0.0078 * np.sin(t)]), 0.0007, "wire", seg=6))
     model.add("spiral", *rings)
     return model
 
@@ -227,7 +256,8 @@ def sticky_notes():
     """Block of yellow notes; the top sheet curls and carries handwriting, two loose ones beside it."""
     c = Canvas(152, 76, 1024, 512, "#e9d45e")
     c.rect(76, 0, 76, 76, "#e79aa0")
-    c.paragraph(7, 20, 62, "call the dentist 15:30\ncarton + pasta for Friday", 11, "hand", 1.2, "#26357a")
+    c.paragraph(7, 20, 62, "call the dentist 15:30\ncarton + pasta for Friday", 11, "hand", 1.2,
+                "#26357a")
     c.paragraph(83, 22, 62, "back at four - keys under the mug", 12, "note", 1.25, "#333333")
     c.curve([(10, 66), (30, 63), (60, 66)], None, "#b23a2a", 1.0)
     model = Model("sticky_notes")
@@ -238,7 +268,7 @@ def sticky_notes():
 
     def leaf_of(u0, lift):
         u, v = np.meshgrid(np.linspace(0, 1, 9), np.linspace(0, 1, 9))
-        rise = lift * np.clip(1 - v, 0, 1) ** 2.2 * (0.6 + 0.4 * u)
+        rise = lift * np.clip(1 - v, 0, 1)**2.2 * (0.6 + 0.4 * u)
         p = np.dstack([(u - 0.5) * 0.076, (v - 0.5) * 0.076 + 0.25 * rise, rise])
         return shell(p, "note", 0.0002, np.dstack([u0 + u * 0.5, v]))
 

@@ -9,16 +9,16 @@ from .prints import ean13
 from .shapes import turned
 from .surfaces import mottled
 
-SHOULDER = 0.205                # where the neck begins
+SHOULDER = 0.205  # where the neck begins
 NECK_X = 0.018
 # The texture shows the bottle from the front, from the back and from the side (y, z).
 SHEET = (512, 512)
-VIEW = (0.17, 0.26)             # metres covered by a view
+VIEW = (0.17, 0.26)  # metres covered by a view
 BASE = "#c9d6d3"
 
 
 def superellipse(x, y, a, b, power):
-    return ((np.abs(x) / a) ** power + (np.abs(y) / b) ** power) ** (1 / power)
+    return ((np.abs(x) / a)**power + (np.abs(y) / b)**power)**(1 / power)
 
 
 def profile(z):
@@ -46,7 +46,7 @@ def body(p):
     d = smooth_min(d, neck, 0.014)
     # The grip: an upright slot through the bottle near its left side.
     across, along = x + 0.0355 + 0.08 * (z - 0.14), np.clip(z, 0.112, 0.162)
-    slot = np.sqrt(across ** 2 + (z - along) ** 2) - 0.0115
+    slot = np.sqrt(across**2 + (z - along)**2) - 0.0115
     d = smooth_max(d, -slot, 0.017)
     # Base panel pressed in a little on both faces.
     panel = np.maximum(superellipse(x - 0.006, z - 0.058, 0.047, 0.043, 5.0) - 1, 0)
@@ -73,8 +73,8 @@ def label(c, x, y):
         for k in range(14):
             px, py, r = x - 34 + (k * 37) % 70, y - 26 + (k * 53) % 50, 1.5 + (k * 7) % 5
             c.circle(px, py, r, (1, 1, 1, 0.10), (1, 1, 1, 0.35), 0.3)
-        c.curve([(x - 40, y + 14), (x - 12, y + 6), (x + 14, y + 15), (x + 40, y + 5), (x + 40, y + 33),
-                 (x - 40, y + 33)], "#f2f4ee", closed=True)
+        c.curve([(x - 40, y + 14), (x - 12, y + 6), (x + 14, y + 15), (x + 40, y + 5),
+                 (x + 40, y + 33), (x - 40, y + 33)], "#f2f4ee", closed=True)
     c.text(x, y - 4, "Brisa", 27, "lobster", "#f6f7f0", "c", bold=True)
     c.text(x, y + 3, "SEA BREEZE", 5.0, "black", "#bfe3e4", "c", tracking=0.8)
     c.text(x - 32, y + 20.5, "40 washes", 6.4, "black", "#1b4f6b")

@@ -31,8 +31,10 @@ def surface_net(f, low, high, cell, mat, relax=6):
     axes = [low[a] + cell * (np.arange(n[a]) + 0.37) for a in range(3)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     inside = (f(grid.reshape(-1, 3)) < 0).reshape(n)
-    corners = [inside[i:n[0] - 1 + i, j:n[1] - 1 + j, k:n[2] - 1 + k]
-               for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    corners = [
+        inside[i:n[0] - 1 + i, j:n[1] - 1 + j, k:n[2] - 1 + k] for i in (0, 1) for j in (0, 1)
+        for k in (0, 1)
+    ]
     count = sum(c.astype(int) for c in corners)
     crossed = (count > 0) & (count < 8)
     index = np.full(crossed.shape, -1)
@@ -41,8 +43,8 @@ def surface_net(f, low, high, cell, mat, relax=6):
     faces = []
     for axis in range(3):
         a, b = (axis + 1) % 3, (axis + 2) % 3
-        first, second = np.take(inside, range(n[axis] - 1), axis), np.take(inside, range(1, n[axis]),
-                                                                         axis)
+        first, second = np.take(inside, range(n[axis] - 1),
+                                axis), np.take(inside, range(1, n[axis]), axis)
         for cut in np.argwhere(first != second):
             if min(cut[a], cut[b]) == 0:
                 continue
@@ -60,8 +62,8 @@ def surface_net(f, low, high, cell, mat, relax=6):
     links = np.array([(i, j) for i, s in enumerate(neighbours) for j in sorted(s)])
     degree = np.bincount(links[:, 0], minlength=len(p))[:, None]
     for _ in range(relax):
-        total = np.column_stack([np.bincount(links[:, 0], p[links[:, 1], a], len(p))
-                                 for a in range(3)])
+        total = np.column_stack(
+            [np.bincount(links[:, 0], p[links[:, 1], a], len(p)) for a in range(3)])
         p = p + 0.6 * (total / degree - p)
         for _ in range(2):
             g = gradient(f, p)

@@ -74,11 +74,11 @@ def join(*patches):
 
 @dataclass
 class Material:
-    kd: tuple = (1.0, 1.0, 1.0)     # linear tint, multiplied on the texture
-    image: str = ""                 # texture file
+    kd: tuple = (1.0, 1.0, 1.0)  # linear tint, multiplied on the texture
+    image: str = ""  # texture file
     ks: float = 0.02
     ns: float = 20.0
-    ke: tuple = ()                  # radiance
+    ke: tuple = ()  # radiance
 
 
 @dataclass
@@ -150,8 +150,10 @@ class Model:
         lines = []
         for name in sorted(used):
             m = self.materials[name]
-            lines += [f"newmtl {name}", "Kd " + fixed(m.kd, 4), "Ks " + fixed([m.ks] * 3, 4),
-                      "Ns " + fixed([m.ns], 1)]
+            lines += [
+                f"newmtl {name}", "Kd " + fixed(m.kd, 4), "Ks " + fixed([m.ks] * 3, 4),
+                "Ns " + fixed([m.ns], 1)
+            ]
             if m.ke:
                 lines.append("Ke " + fixed(m.ke, 4))
             if m.image:

@@ -14,8 +14,8 @@ def fbm(height, width, cells, seed, octaves=6, gain=0.55, stretch=1.0):
     out = np.zeros((height, width))
     amplitude = 1.0
     for octave in range(octaves):
-        nx = max(1, int(round(cells * 2 ** octave / stretch)))
-        ny = max(1, int(round(cells * 2 ** octave * height / width)))
+        nx = max(1, int(round(cells * 2**octave / stretch)))
+        ny = max(1, int(round(cells * 2**octave * height / width)))
         if nx > width or ny > height:
             break
         out += amplitude * upsample(random.uniform(-1, 1, (ny, nx)), height, width)

@@ -23,9 +23,12 @@ def build():
     model.add("box", box((x, y, z - FLAP), 0.001, "board", seg=1, uv=faces))
     # The outer flap lies on the top, its tongue shows at the front edge.
     r = rect("flap")
-    edge = {"front": (r[0], r[1], r[2], r[1] + 0.002), "back": (r[0], r[3] - 0.002, r[2], r[3]),
-            "left": (r[0], r[1], r[0] + 0.002, r[3]), "right": (r[2] - 0.002, r[1], r[2], r[3])}
-    flap = box((x - 0.003, 0.045, FLAP + 0.0002), 0.0003, "board", uv={"top": r, "bottom": r, **edge})
+    edge = {
+        "front": (r[0], r[1], r[2], r[1] + 0.002), "back": (r[0], r[3] - 0.002, r[2], r[3]),
+        "left": (r[0], r[1], r[0] + 0.002, r[3]), "right": (r[2] - 0.002, r[1], r[2], r[3])
+    }
+    flap = box((x - 0.003, 0.045, FLAP + 0.0002), 0.0003, "board",
+               uv={"top": r, "bottom": r, **edge})
     model.add("flap", flap.moved(y=0.0065, z=z - FLAP - 0.0002))
     model.images["pasta.jpg"] = draw_atlas()
     return model

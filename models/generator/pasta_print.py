@@ -13,9 +13,11 @@ from .relief import Relief
 from .surfaces import colour, mottled
 
 SHEET = (404.0, 268.0)
-RECTS = {"front": (1, 66, 140, 200), "right": (141, 66, 60, 200), "back": (201, 66, 140, 200),
-         "left": (341, 66, 60, 200), "top": (1, 2, 140, 60), "bottom": (143, 2, 140, 60),
-         "flap": (285, 9, 112, 46)}
+RECTS = {
+    "front": (1, 66, 140, 200), "right": (141, 66, 60, 200), "back": (201, 66, 140, 200),
+    "left": (341, 66, 60, 200), "top": (1, 2, 140, 60), "bottom": (143, 2, 140, 60),
+    "flap": (285, 9, 112, 46)
+}
 BLUE, NIGHT, CREAM, WHEAT, RED = "#1d4470", "#142c4c", "#f6edd8", "#dba544", "#b23a2a"
 INK = "#26303a"
 BRAND = "Lumera"
@@ -29,14 +31,15 @@ ROWS = [("Energy", "1 510 kJ", "1 208 kJ"), ("", "356 kcal", "285 kcal"), ("Fat"
 @lru_cache(maxsize=None)
 def pieces(kind):
     if kind == "window":
-        return heap(900, 1060, lambda g, k: fusilli(g.uniform(270, 330), g.uniform(46, 54), g.uniform(0, 360),
-                                                    k, "#fbdc92", "#dba850"),
-                    230, 110, 81, "#b07a34").picture(2, depth=55, ambient=0.68)
-    r = Relief(700, 700)                               # a dish from above
+        return heap(
+            900, 1060, lambda g, k: fusilli(g.uniform(270, 330), g.uniform(46, 54), g.uniform(
+                0, 360), k, "#fbdc92", "#dba850"), 230, 110, 81,
+            "#b07a34").picture(2, depth=55, ambient=0.68)
+    r = Relief(700, 700)  # a dish from above
     yy, xx = np.mgrid[0:700, 0:700]
     d = np.hypot(xx - 350, yy - 350) / 340
     r.cover[:] = d < 1
-    r.z[:] = np.where(d < 1, 26 * np.clip((d - 0.62) / 0.38, 0, 1) ** 2, -1e3)
+    r.z[:] = np.where(d < 1, 26 * np.clip((d - 0.62) / 0.38, 0, 1)**2, -1e3)
     r.rgb[:] = np.where((np.abs(d - 0.93) < 0.012)[..., None], colour(BLUE), colour("#efe9dc"))
     r.gloss[:] = 0.5
     g = rng(82)
@@ -44,7 +47,8 @@ def pieces(kind):
         a, q = g.uniform(0, 2 * math.pi), 195 * math.sqrt(g.uniform(0, 1))
         tone = ("#efb45e", "#b9722a") if k % 3 else ("#dc7a3c", "#a8401c")
         r.put(350 + q * math.cos(a), 350 + q * math.sin(a), 90,
-              fusilli(g.uniform(105, 130), 20, g.uniform(0, 360), k, *tone), 10 + 60 * (1 - q / 215))
+              fusilli(g.uniform(105, 130), 20, g.uniform(0, 360), k, *tone),
+              10 + 60 * (1 - q / 215))
     for k in range(7):
         a, q = g.uniform(0, 2 * math.pi), 150 * math.sqrt(g.uniform(0, 1))
         r.put(350 + q * math.cos(a), 350 + q * math.sin(a), 45, tomato(30, 200 + k), 70)
@@ -106,9 +110,12 @@ def front(c):
     path = cr.copy_path()
     cr.clip()
     c.paste(pieces("window"), x + 12, y + 100, 116, 116 * 900 / 1060)
-    c.rect(x, y + 100, w, 9, linear(0, y + 102, 0, y + 110, (0, (0.1, 0.05, 0, 0.65)), (1, (0, 0, 0, 0))))
-    c.poly([(x + 30, y + 100), (x + 52, y + 100), (x + 34, y + 170), (x + 8, y + 170)], (1, 1, 1, 0.16))
-    c.poly([(x + 58, y + 100), (x + 63, y + 100), (x + 45, y + 170), (x + 38, y + 170)], (1, 1, 1, 0.13))
+    c.rect(x, y + 100, w, 9,
+           linear(0, y + 102, 0, y + 110, (0, (0.1, 0.05, 0, 0.65)), (1, (0, 0, 0, 0))))
+    c.poly([(x + 30, y + 100), (x + 52, y + 100), (x + 34, y + 170), (x + 8, y + 170)],
+           (1, 1, 1, 0.16))
+    c.poly([(x + 58, y + 100), (x + 63, y + 100), (x + 45, y + 170), (x + 38, y + 170)],
+           (1, 1, 1, 0.13))
     cr.restore()
     cr.append_path(path)
     c.paint(None, WHEAT, 1.3)
@@ -133,18 +140,22 @@ def back(c):
     c.circle(x + 101, y + 85, 35.5, (0.2, 0.15, 0.1, 0.22))
     c.paste(pieces("dish"), x + 65, y + 48, 70, 70)
     c.text(x + 8, y + 58, "You need", 6, "lobster", RED, bold=True)
-    for k, item in enumerate(("400 g Lumera fusilli", "600 g ripe tomatoes", "2 cloves of garlic",
-                              "a handful of basil", "4 tbsp olive oil", "40 g hard cheese", "sea salt")):
+    for k, item in enumerate(
+        ("400 g Lumera fusilli", "600 g ripe tomatoes", "2 cloves of garlic", "a handful of basil",
+         "4 tbsp olive oil", "40 g hard cheese", "sea salt")):
         c.circle(x + 9.4, y + 64.0 + 5.6 * k, 0.9, WHEAT)
         c.text(x + 12.5, y + 65.2 + 5.6 * k, item, 3.7, "sans", INK)
     c.text(x + 8, y + 112, "And then", 6, "lobster", RED, bold=True)
-    c.paragraph(x + 8, y + 118, 55, "Soften the garlic in oil, add the chopped tomatoes and let them "
-                "simmer for a quarter of an hour. Boil the fusilli in plenty of salted water, drain "
-                "while still firm and toss them in the pan.", 3.5, "serif", 1.22, INK)
-    nutrition(c, x + 68, y + 123, 66, ROWS, per=("per 100 g", "per 80 g"), head=BLUE, ink=INK, size=2.45)
+    c.paragraph(
+        x + 8, y + 118, 55, "Soften the garlic in oil, add the chopped tomatoes and let them "
+        "simmer for a quarter of an hour. Boil the fusilli in plenty of salted water, drain "
+        "while still firm and toss them in the pan.", 3.5, "serif", 1.22, INK)
+    nutrition(c, x + 68, y + 123, 66, ROWS, per=("per 100 g", "per 80 g"), head=BLUE, ink=INK,
+              size=2.45)
     ean13(c, x + 8, y + 163, 44, 27, "800715506231")
-    c.paragraph(x + 56, y + 177, 44, "Store in a cool, dry place. May contain traces of soya and "
-                "mustard. Lumera S.c.a., Via del Molino 8, Valdoro.", 2.2, "sans", fill=INK)
+    c.paragraph(
+        x + 56, y + 177, 44, "Store in a cool, dry place. May contain traces of soya and "
+        "mustard. Lumera S.c.a., Via del Molino 8, Valdoro.", 2.2, "sans", fill=INK)
     recycling(c, x + 112, y + 180, 6.5, BLUE, "21", "PAP")
     bin_mark(c, x + 126, y + 187, 13, BLUE)
 
@@ -157,10 +168,10 @@ def side(c, name):
     if name == "right":
         c.rect(x + 5, y + 44, w - 10, 112, CREAM, WHEAT, 0.6, r=3)
         c.text(mid, y + 56, "How to cook", 6.6, "lobster", RED, "c", bold=True)
-        for k, (head, words) in enumerate((("1 litre", "of water for every 100 g of pasta"),
-                                           ("10 g", "of coarse salt once it boils"),
-                                           ("9 min", "al dente, stir now and then"),
-                                           ("1 ladle", "of the water goes into the sauce"))):
+        for k, (head, words) in enumerate(
+            (("1 litre", "of water for every 100 g of pasta"),
+             ("10 g", "of coarse salt once it boils"), ("9 min", "al dente, stir now and then"),
+             ("1 ladle", "of the water goes into the sauce"))):
             yy = y + 68 + 22 * k
             c.circle(x + 15, yy + 2, 7, (BLUE, RED, WHEAT, BLUE)[k])
             c.text(x + 15, yy + 4.4, str(k + 1), 7, "black", CREAM, "c")
@@ -207,8 +218,9 @@ def draw_atlas():
     for name in ("front", "right", "back", "left"):
         x, y, w, h = RECTS[name]
         random = rng(86 + int(x))
-        for _ in range(200):                                    # rubbed creases
+        for _ in range(200):  # rubbed creases
             yy = y + random.uniform(0, h)
             xx = x + random.normal(0, 0.3)
-            c.line(xx, yy, xx, yy + random.uniform(0.2, 2.5), (1, 0.98, 0.94, random.uniform(0, 0.35)), 0.2)
+            c.line(xx, yy, xx, yy + random.uniform(0.2, 2.5),
+                   (1, 0.98, 0.94, random.uniform(0, 0.35)), 0.2)
     return picture(mottled(c.array() * 0.955, 85, ink=1.6, paper=1.6))

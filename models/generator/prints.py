@@ -4,10 +4,14 @@ import math
 
 from .noise import rng
 
-_LEFT = ["0001101", "0011001", "0010011", "0111101", "0100011", "0110001", "0101111", "0111011",
-         "0110111", "0001011"]
-_PARITY = ["LLLLLL", "LLGLGG", "LLGGLG", "LLGGGL", "LGLLGG", "LGGLLG", "LGGGLL", "LGLGLG",
-           "LGLGGL", "LGGLGL"]
+_LEFT = [
+    "0001101", "0011001", "0010011", "0111101", "0100011", "0110001", "0101111", "0111011",
+    "0110111", "0001011"
+]
+_PARITY = [
+    "LLLLLL", "LLGLGG", "LLGGLG", "LLGGGL", "LGLLGG", "LGGLLG", "LGGGLL", "LGLGLG", "LGLGGL",
+    "LGGLGL"
+]
 
 
 def ean13(c, x, y, w, h, twelve, ink="#111111", paper="#fbfaf5"):
@@ -109,8 +113,8 @@ def bin_mark(c, x, y, s, ink):
     c.circle(x - 0.25 * s, y - 0.82 * s, 0.13 * s, ink)
     c.poly([(x - 0.42 * s, y - 0.62 * s), (x - 0.1 * s, y - 0.62 * s), (x + 0.25 * s, y - 0.42 * s),
             (x + 0.2 * s, y - 0.32 * s), (x - 0.12 * s, y - 0.46 * s), (x - 0.14 * s, y),
-            (x - 0.24 * s, y), (x - 0.27 * s, y - 0.25 * s), (x - 0.32 * s, y),
-            (x - 0.42 * s, y)], ink)
+            (x - 0.24 * s, y), (x - 0.27 * s, y - 0.25 * s), (x - 0.32 * s, y), (x - 0.42 * s, y)],
+           ink)
     c.poly([(x + 0.2 * s, y - 0.22 * s), (x + 0.6 * s, y - 0.22 * s), (x + 0.54 * s, y),
             (x + 0.26 * s, y)], None, ink, 0.07 * s)
     c.rect(x + 0.36 * s, y - 0.4 * s, 0.1 * s, 0.1 * s, ink)
@@ -150,7 +154,7 @@ def seal(c, x, y, r, top, middle, bottom, fill="#2f6b35", ink="#fdf6e0", teeth=3
     ring_text(c, x, y, r * 0.77, bottom, r * 0.17, "heavy", ink, 90, r * 0.025, inside=True)
     lines = middle.split("\n")
     for i, line in enumerate(lines):
-        size = min(r * 0.62 / len(lines) ** 0.5, r * 1.0 / c.text_width(line, 1, font))
+        size = min(r * 0.62 / len(lines)**0.5, r * 1.0 / c.text_width(line, 1, font))
         c.text(x, y + size * (0.35 + 0.95 * (i - (len(lines) - 1) / 2)), line, size, font, ink, "c")
 
 
@@ -182,8 +186,9 @@ def stamp(c, x, y, text, size, seed, ink="#1d2230"):
     random = rng(seed)
     for letter in text:
         dy = random.normal(0, size * 0.02)
-        c.text(x, y + dy, letter, size, "mono", (*[int(ink[i:i + 2], 16) / 255 for i in (1, 3, 5)],
-                                                random.uniform(0.72, 0.95)), bold=True)
+        c.text(x, y + dy, letter, size, "mono",
+               (*[int(ink[i:i + 2], 16) / 255 for i in (1, 3, 5)], random.uniform(0.72, 0.95)),
+               bold=True)
         x += size * 0.62
 
 
@@ -193,10 +198,12 @@ def droplets(c, x, y, w, h, count, seed, light="#ffffff", size=(0.6, 2.4)):
     random = rng(seed)
     for _ in range(count):
         px, py = x + random.uniform(0, w), y + random.uniform(0, h)
-        r = size[0] + (size[1] - size[0]) * random.uniform(0, 1) ** 3
+        r = size[0] + (size[1] - size[0]) * random.uniform(0, 1)**3
         ry = r * random.uniform(1.0, 1.25)
         c.ellipse(px + r * 0.18, py + r * 0.22, r, ry, (0.2, 0.08, 0, 0.28))
-        c.ellipse(px, py, r, ry, radial(px, py, ry, (0, (1, 1, 1, 0.10)), (0.75, (0.3, 0.12, 0, 0.14)),
-                                        (1, (0.2, 0.07, 0, 0.42))))
+        c.ellipse(
+            px, py, r, ry,
+            radial(px, py, ry, (0, (1, 1, 1, 0.10)), (0.75, (0.3, 0.12, 0, 0.14)),
+                   (1, (0.2, 0.07, 0, 0.42))))
         c.ellipse(px + r * 0.25, py + ry * 0.38, r * 0.5, ry * 0.34, (1, 1, 0.92, 0.42))
         c.ellipse(px - r * 0.35, py - ry * 0.4, r * 0.22, ry * 0.18, (1, 1, 1, 0.92))

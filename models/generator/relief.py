@@ -46,14 +46,15 @@ class Relief:
         s = np.array(sun) / np.linalg.norm(sun)
         lambert = np.clip(n @ s, 0, 1)
         half = s + np.array([0, 0, 1.0])
-        shine = np.clip(n @ (half / np.linalg.norm(half)), 0, 1) ** 60
+        shine = np.clip(n @ (half / np.linalg.norm(half)), 0, 1)**60
         shade = np.ones_like(z)
         for scale in (2, 6, 16):
             around = blur(z, scale, wrap=False)
             shade *= 1 - 0.42 * np.clip((around - z) / (depth * scale / 6), 0, 1)
         lit = (ambient * (0.75 + 0.25 * n[..., 2]) + (1.2 - ambient) * lambert) * shade
-        deep = np.clip(1 - lit, 0, 1)[..., None]      # light bounces: shadows gain saturation
-        out = self.rgb * (self.rgb / 255) ** (0.9 * deep) * (lit ** 0.85)[..., None] + 235 * (self.gloss * shine * shade)[..., None]
+        deep = np.clip(1 - lit, 0, 1)[..., None]  # light bounces: shadows gain saturation
+        out = self.rgb * (self.rgb / 255)**(0.9 * deep) * (lit**0.85)[..., None] + 235 * (
+            self.gloss * shine * shade)[..., None]
         return np.clip(out, 0, 255)
 
     def picture(self, shrink=2, **keys):
@@ -69,8 +70,9 @@ class Relief:
 
 def ball(radius, tone, dark, seed, pores=0.0, gloss=0.35, squash=1.0, mottle=0.25, stem=None):
     """Round fruit; `pores` is the depth of the peel's dimples in pixels."""
+
     def shape(x, y):
-        q = (x / radius) ** 2 + (y / (radius * squash)) ** 2
+        q = (x / radius)**2 + (y / (radius * squash))**2
         inside = q < 1
         h = radius * np.sqrt(np.clip(1 - q, 0, 1))
         rows, cols = x.shape
@@ -83,8 +85,9 @@ def ball(radius, tone, dark, seed, pores=0.0, gloss=0.35, squash=1.0, mottle=0.2
             d = np.hypot(x - radius * stem[0], y - radius * stem[1]) / radius
             spot = 1 - smoothstep(0.05, 0.09, d)
             c = blend(c, colour("#5d6b2c"), spot)
-            h = h - radius * 0.10 * np.exp(-(d / 0.12) ** 2) + radius * 0.03 * spot
+            h = h - radius * 0.10 * np.exp(-(d / 0.12)**2) + radius * 0.03 * spot
         return np.where(inside, h, -1e9), c, np.full_like(h, gloss) * (1 + 0.3 * dimples)
+
     return shape
 
 
@@ -100,8 +103,8 @@ def citrus_slice(radius, seed, flesh=("#f7a823", "#e8780c"), rind="#f08a12", seg
         k = np.clip(np.searchsorted(bounds, t, side="right") - 1, 0, segments - 1)
         half = (bounds[k + 1] - bounds[k]) / 2
         off = t - bounds[k] - half
-        side = (half - np.abs(off)) * r          # distance to the membrane, in radii
-        outer = 0.855 - 0.05 * (np.abs(off) / half) ** 4
+        side = (half - np.abs(off)) * r  # distance to the membrane, in radii
+        outer = 0.855 - 0.05 * (np.abs(off) / half)**4
         edge = np.minimum(np.minimum(side - 0.012, outer - r), r - 0.10)
         inside = smoothstep(0.0, 0.022, edge)
         # Vesicles: cells drawn out along the radius, with a pointed inner end.
@@ -111,10 +114,10 @@ def citrus_slice(radius, seed, flesh=("#f7a823", "#e8780c"), rind="#f08a12", seg
         jitter = upsample(random.uniform(-1, 1, (64, 64)), *x.shape)
         ct = (cell_t + 0.25 * jitter) % 1 - 0.5
         cr = (cell_r + 0.3 * jitter) % 1 - 0.5
-        vesicle = np.clip(1 - (ct / 0.5) ** 2 - (cr / 0.56) ** 2, 0, 1)
+        vesicle = np.clip(1 - (ct / 0.5)**2 - (cr / 0.56)**2, 0, 1)
         glow = fbm(*x.shape, 14, seed + 3, 4)
-        c = blend(colour(flesh[1]), colour(flesh[0]), 0.25 + 0.6 * vesicle + 0.12 * glow
-                  + 0.25 * (r - 0.5))
+        c = blend(colour(flesh[1]), colour(flesh[0]),
+                  0.25 + 0.6 * vesicle + 0.12 * glow + 0.25 * (r - 0.5))
         c = c * (0.9 + 0.14 * smoothstep(0.0, 0.15, edge))[..., None]
         pith = blend(colour("#f8e8be"), colour("#f6cf86"), 0.4 + 0.25 * glow)
         c = blend(pith, c, inside)
@@ -122,6 +125,7 @@ def citrus_slice(radius, seed, flesh=("#f7a823", "#e8780c"), rind="#f08a12", seg
         c = blend(c, colour(rind) * np.ones_like(c), skin)
         h = 2.2 * inside * (0.3 + 0.7 * np.sqrt(vesicle)) + 6 * (1 - smoothstep(0.965, 1.0, r))
         return np.where(r < 1, h, -1e9), c, 0.05 + 0.5 * inside * vesicle
+
     return shape
 
 
@@ -133,13 +137,14 @@ def leaf(length, width, degrees, seed, tone="#5f9a35", dark="#2c6426"):
         u = (x * math.cos(a) + y * math.sin(a)) / length
         v = (-x * math.sin(a) + y * math.cos(a)) / length
         v = v - 0.10 * np.sin(math.pi * np.clip(u, 0, 1))
-        w = width / length * np.sin(math.pi * np.clip(u, 0, 1) ** 0.8) ** 0.9
+        w = width / length * np.sin(math.pi * np.clip(u, 0, 1)**0.8)**0.9
         inside = (u > 0) & (u < 1) & (np.abs(v) < w / 2)
         rel = np.abs(v) / np.maximum(w / 2, 1e-6)
         vein = np.abs(((u - 0.55 * np.abs(v) * 1.2) * 9) % 1 - 0.5)
         ridge = smoothstep(0.36, 0.48, vein) * (1 - rel) + 1.5 * (1 - smoothstep(0.0, 0.09, rel))
-        h = length * (0.07 * (1 - (1 - rel) ** 2) + 0.05 * np.sin(math.pi * np.clip(u, 0, 1)))
+        h = length * (0.07 * (1 - (1 - rel)**2) + 0.05 * np.sin(math.pi * np.clip(u, 0, 1)))
         h = h - 0.006 * length * ridge
         c = blend(colour(tone), colour(dark), 0.35 + 0.2 * fbm(*x.shape, 5, seed, 4) - 0.3 * ridge)
         return np.where(inside, h, -1e9), c, np.full_like(h, 0.25)
+
     return shape

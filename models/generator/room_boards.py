@@ -19,8 +19,10 @@ def note(c, x, y, w, h, degrees, tone, text, random, font="hand", pin="#b23a2a")
     with c.at(x, y, degrees):
         for k in range(4):
             c.rect(-w / 2 + 2 + k, -h / 2 + 3 + k, w, h, (0, 0, 0, 0.09))
-        c.rect(-w / 2, -h / 2, w, h, linear(0, -h / 2, 0, h / 2, (0, mix(tone, "#ffffff", 0.12)),
-                                            (1, mix(tone, "#000000", 0.05))))
+        c.rect(
+            -w / 2, -h / 2, w, h,
+            linear(0, -h / 2, 0, h / 2, (0, mix(tone, "#ffffff", 0.12)),
+                   (1, mix(tone, "#000000", 0.05))))
         size = w * 0.16
         c.paragraph(-w / 2 + w * 0.08, -h / 2 + size * 1.9, w * 0.84, text, size, font, 1.15,
                     random.choice(MARKERS))
@@ -38,13 +40,13 @@ def cork_board():
     c.paste(picture(cork(512, 401)), 500, 350, 500, 350)
     random = rng(403)
     tones = ["#efd96b", "#9fcbd8", "#f0b6a6", "#b7d69a", "#f3efe2", "#f4c36b", "#d9c3e4"]
-    spots = [(110, 110), (265, 95), (110, 290), (255, 270), (880, 120), (745, 105), (890, 300), (120, 590),
-             (275, 600), (425, 610), (770, 610), (905, 600)]
+    spots = [(110, 110), (265, 95), (110, 290), (255, 270), (880, 120), (745, 105), (890, 300),
+             (120, 590), (275, 600), (425, 610), (770, 610), (905, 600)]
     for k, (x, y) in enumerate(spots):
         s = random.uniform(95, 130)
         note(c, x, y, s, s * random.uniform(0.8, 1.05), random.normal(0, 5), tones[k % 7], WORDS[k],
              random, ("hand", "note")[k % 2], ("#b23a2a", "#2a5f9e", "#e0a02f", "#2f7d4f")[k % 4])
-    with c.at(500, 240, -2):                                      # timetable
+    with c.at(500, 240, -2):  # timetable
         c.rect(-126, -186, 260, 380, (0, 0, 0, 0.25))
         c.rect(-130, -190, 260, 380, "#f4f1e8")
         c.rect(-130, -190, 260, 46, "#2a5f7e")
@@ -55,12 +57,12 @@ def cork_board():
                 tone = tones[int(random.integers(0, 7))] if filled else "#ffffff"
                 c.rect(-98 + 44 * k, -128 + 30 * r, 42, 28, tone, "#8a8a86", 0.5)
                 if filled:
-                    c.text(-95 + 44 * k, -112 + 30 * r, f"R {random.integers(100, 420)}", 10, "heavy",
-                           "#333333")
+                    c.text(-95 + 44 * k, -112 + 30 * r, f"R {random.integers(100, 420)}", 10,
+                           "heavy", "#333333")
             c.text(-103, -110 + 30 * r, f"{8 + r}:00", 9.5, "medium", "#444444", "r")
         for k, day in enumerate(("Mo", "Tu", "We", "Th", "Fr")):
             c.text(-77 + 44 * k, -132, day, 10, "heavy", "#444444", "c")
-    with c.at(745, 300, 4):                                       # flyer
+    with c.at(745, 300, 4):  # flyer
         c.rect(-62, -98, 132, 200, (0, 0, 0, 0.25))
         c.rect(-66, -102, 132, 200, "#c9402d")
         c.circle(0, -30, 46, "#f2e3bf")
@@ -68,12 +70,14 @@ def cork_board():
         c.text(0, 46, "RUMMAGE", 30, "display", "#f2e3bf", "c", bold=True)
         c.text(0, 66, "sale at the old tram depot", 10.5, "medium", "#f2e3bf", "c")
         matrix_code(c, -16, 70, 26, 404)
-    for k in range(4):                                            # photographs
+    for k in range(4):  # photographs
         with c.at(470 + 62 * k, 500, random.normal(0, 4)):
             c.rect(-26, -32, 56, 68, (0, 0, 0, 0.25))
             c.rect(-28, -34, 56, 68, "#f7f5ee")
-            c.rect(-24, -30, 48, 46, linear(0, -30, 0, 16, (0, ("#86aed0", "#e2b27a", "#7fa27a", "#9a86b8")[k]),
-                                            (1, ("#d9c8a0", "#8d4f3a", "#2f4a32", "#e8c9b8")[k])))
+            c.rect(
+                -24, -30, 48, 46,
+                linear(0, -30, 0, 16, (0, ("#86aed0", "#e2b27a", "#7fa27a", "#9a86b8")[k]),
+                       (1, ("#d9c8a0", "#8d4f3a", "#2f4a32", "#e8c9b8")[k])))
             c.circle(-4 + 4 * k, -8, 9, (0.2, 0.15, 0.12, 0.7))
             c.text(0, 28, ("pier", "sunset", "forest", "Lida")[k], 11, "hand", "#444444", "c")
     return picture(mottled(c.array() * 0.97, 405, 1.0, 1.0))
@@ -83,7 +87,7 @@ def whiteboard():
     """1200 x 900: sketches and formulas in four pens, half wiped."""
     c = Canvas(1200, 900, 1024, 1024, "#eceef0")
     random = rng(410)
-    for _ in range(60):                                           # wiped traces
+    for _ in range(60):  # wiped traces
         x, y = random.uniform(0, 1200), random.uniform(0, 900)
         c.curve([(x, y), (x + random.normal(0, 70), y + random.normal(0, 40)),
                  (x + random.normal(0, 120), y + random.normal(0, 60))], None,
@@ -101,13 +105,15 @@ def whiteboard():
     nodes = [(640, 250), (760, 190), (890, 210), (1010, 270), (1080, 390), (1020, 510), (890, 560),
              (750, 530), (650, 430)]
     for a, b in [(i, (i + 1) % 9) for i in range(9)] + [(1, 6), (3, 7)]:
-        pen([nodes[a], ((nodes[a][0] + nodes[b][0]) / 2 + random.normal(0, 9),
-                        (nodes[a][1] + nodes[b][1]) / 2 + random.normal(0, 9)), nodes[b]],
-            0 if abs(a - b) in (1, 8) else 1, 4)
+        pen([
+            nodes[a],
+            ((nodes[a][0] + nodes[b][0]) / 2 + random.normal(0, 9),
+             (nodes[a][1] + nodes[b][1]) / 2 + random.normal(0, 9)), nodes[b]
+        ], 0 if abs(a - b) in (1, 8) else 1, 4)
     for k, (x, y) in enumerate(nodes):
         c.circle(x, y, 25, "#eceef0")
-        pen([(x + 25 * math.cos(t), y + 25 * math.sin(t)) for t in (0, 1.05, 2.1, 3.14, 4.19, 5.24)], 3, 4,
-            True)
+        pen([(x + 25 * math.cos(t), y + 25 * math.sin(t))
+             for t in (0, 1.05, 2.1, 3.14, 4.19, 5.24)], 3, 4, True)
         c.text(x, y + 11, f"x{k}", 34, "note", MARKERS[3], "c")
     pen([(1120, 175), (1165, 130)], 2)
     c.text(1000, 120, "object!", 46, "hand", MARKERS[2])
@@ -123,7 +129,8 @@ def whiteboard():
         if k in (0, 3):
             pen([(603, y - 18), (612, y - 4), (640, y - 40)], 1, 5)
         c.text(655, y, item, 46, "hand", MARKERS[2])
-    for x, y, tone, text in ((1090, 680, "#efd96b", "do NOT wipe"), (1080, 810, "#f0b6a6", "ask Ilir")):
+    for x, y, tone, text in ((1090, 680, "#efd96b", "do NOT wipe"), (1080, 810, "#f0b6a6",
+                                                                     "ask Ilir")):
         note(c, x, y, 110, 105, random.normal(0, 5), tone, text, random, pin="#3b3f45")
     return picture(mottled(c.array() * 0.97, 411, 0.6, 0.8))
 
@@ -138,13 +145,15 @@ def clock_face():
                150 - 138 * math.cos(a), "#23262b", 4 if k % 5 == 0 else 1.6)
     for k in range(1, 13):
         a = math.radians(30 * k)
-        c.text(150 + 102 * math.sin(a), 160 - 102 * math.cos(a), str(k), 30, "medium", "#23262b", "c")
+        c.text(150 + 102 * math.sin(a), 160 - 102 * math.cos(a), str(k), 30, "medium", "#23262b",
+               "c")
     c.text(150, 205, "MERIDIAN", 11, "heavy", "#6b6b66", "c", tracking=2)
     for angle, length, width, tone in ((307, 72, 7, "#23262b"), (84, 112, 5, "#23262b"),
                                        (200, 118, 1.6, "#b3302a")):
         for shift, paint in ((3, (0, 0, 0, 0.2)), (0, tone)):
             with c.at(150 + shift, 150 + shift, angle):
-                c.poly([(-width / 2, 22), (width / 2, 22), (width / 3, -length), (-width / 3, -length)], paint)
+                c.poly([(-width / 2, 22), (width / 2, 22), (width / 3, -length),
+                        (-width / 3, -length)], paint)
     c.circle(150, 150, 6, "#23262b")
     return c.image()
 
@@ -162,7 +171,8 @@ def calendar():
     for k in range(30):
         col, row = (k + 6) % 7, (k + 6) // 7
         x, y = 32 + 39 * col, 285 + 29 * row
-        c.text(x, y, str(k + 1), 16, "heavy" if col > 4 else "sans", "#b3302a" if col == 6 else "#333333", "c")
+        c.text(x, y, str(k + 1), 16, "heavy" if col > 4 else "sans",
+               "#b3302a" if col == 6 else "#333333", "c")
         if k in (4, 13, 21):
             c.circle(x, y - 5, 12, None, "#1f3f8f", 1.6)
     return picture(mottled(c.array() * 0.96, 412, 1.0, 1.0))
@@ -182,8 +192,8 @@ def moving_box():
     for k in range(3):
         x = 400 + 48 * k
         c.rect(x, 250, 40, 52, None, "#3a2a1c", 2.5)
-        c.poly([(x + 20, 258), (x + 32, 276), (x + 25, 276), (x + 25, 294), (x + 15, 294), (x + 15, 276),
-                (x + 8, 276)], "#3a2a1c")
+        c.poly([(x + 20, 258), (x + 32, 276), (x + 25, 276), (x + 25, 294), (x + 15, 294),
+                (x + 15, 276), (x + 8, 276)], "#3a2a1c")
     c.text(70, 430, "books + lamps", 62, "hand", "#1f2f6f")
     c.rect(380, 380, 130, 84, "#ece6d6")
     for k in range(5):
@@ -191,7 +201,7 @@ def moving_box():
     return picture(mottled(c.array(), 430, 2.0, 2.5))
 
 
-SPINES = (24, 4)                # columns, rows of the spine sheet
+SPINES = (24, 4)  # columns, rows of the spine sheet
 
 
 def spines(seed=420):
@@ -199,12 +209,14 @@ def spines(seed=420):
     cols, rows = SPINES
     c = Canvas(cols * 36, rows * 220, 1024, 1024, "#444444")
     random = rng(seed)
-    titles = ("Harbour Lights", "State Estimation", "The Salt Road", "Linear Algebra", "Bread & Time",
-              "Night Trains", "A Field Guide to Moss", "Robot Vision", "The Glass Bay", "Typography",
-              "Numerical Recollections", "Wild Orchards", "Cartography", "Slow Rivers", "Optics II",
-              "The Ninth Wave", "Kitchen Garden", "Probability", "Old Ferry Tales", "Geometry",
-              "Winter Count", "Signals", "Dust & Amber", "Atlas of Islands", "Graph Theory")
-    authors = ("M. Arden", "L. Brandt", "I. Voss", "K. Halmar", "S. Ono", "R. Uhl", "T. Castine", "J. Keld")
+    titles = ("Harbour Lights", "State Estimation", "The Salt Road", "Linear Algebra",
+              "Bread & Time", "Night Trains", "A Field Guide to Moss", "Robot Vision",
+              "The Glass Bay", "Typography", "Numerical Recollections", "Wild Orchards",
+              "Cartography", "Slow Rivers", "Optics II", "The Ninth Wave", "Kitchen Garden",
+              "Probability", "Old Ferry Tales", "Geometry", "Winter Count", "Signals",
+              "Dust & Amber", "Atlas of Islands", "Graph Theory")
+    authors = ("M. Arden", "L. Brandt", "I. Voss", "K. Halmar", "S. Ono", "R. Uhl", "T. Castine",
+               "J. Keld")
     tones = ("#23395b", "#7b2d26", "#e3dac3", "#2f5d50", "#c98b2b", "#1d1f24", "#8c9aa5", "#5b3a5e",
              "#d8d3c8", "#a64b2a", "#3f6e8c", "#efe7d6", "#6b7a46", "#b23a2a", "#4b4a48", "#d7b98a")
     fonts = ("heavy", "serif", "slab", "display", "black", "light", "round", "narrow")
@@ -217,9 +229,11 @@ def spines(seed=420):
                 random.choice(["#23262b", "#7b2d26", "#23395b"])
             ink, font = str(ink), fonts[int(random.integers(0, 8))]
             with c.clipped(x, y, 36, 220):
-                c.rect(x, y, 36, 220, linear(x, 0, x + 36, 0, (0, mix(tone, "#000000", 0.35)), (0.12, tone),
-                                             (0.55, mix(tone, "#ffffff", 0.1)), (0.9, tone),
-                                             (1, mix(tone, "#000000", 0.4))))
+                c.rect(
+                    x, y, 36, 220,
+                    linear(x, 0, x + 36, 0, (0, mix(tone, "#000000", 0.35)), (0.12, tone),
+                           (0.55, mix(tone, "#ffffff", 0.1)), (0.9, tone),
+                           (1, mix(tone, "#000000", 0.4))))
                 kind = int(random.integers(0, 5))
                 if kind == 0:
                     for yy in (14, 18, 190, 194):

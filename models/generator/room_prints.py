@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-from PIL import Image
 
 from .canvas import Canvas, linear, picture, radial
 from .noise import blur, fbm, rng, upsample
-from .prints import halftone, matrix_code, sunburst
+from .prints import sunburst
 from .relief import Relief, ball, leaf
 from .surfaces import blend, colour, mottled, smoothstep
 
@@ -50,26 +49,29 @@ def alpine():
         base, rough = 330 + 75 * k, 120 - 18 * k
         n = 60
         t = np.linspace(0, 1, n)
-        ridge = sum(upsample(random.uniform(-1, 1, (1, 3 * 2 ** j)), 1, n)[0] / 1.8 ** j for j in range(4))
+        ridge = sum(
+            upsample(random.uniform(-1, 1, (1, 3 * 2**j)), 1, n)[0] / 1.8**j for j in range(4))
         pts = [(600 * a, base - rough * b) for a, b in zip(t, ridge)]
         c.poly([(-5, 805)] + pts + [(605, 805)], tone)
         if k < 2:
             for (x, y) in pts[::1]:
                 if y < base - rough * 0.35:
-                    c.poly([(x, y), (x + 14, y + 26), (x + 4, y + 20), (x - 5, y + 30), (x - 12, y + 18)],
-                           (0.97, 0.96, 0.92, 0.85))
+                    c.poly([(x, y), (x + 14, y + 26), (x + 4, y + 20), (x - 5, y + 30),
+                            (x - 12, y + 18)], (0.97, 0.96, 0.92, 0.85))
     for k in range(46):
         x, h = random.uniform(0, 600), random.uniform(28, 64)
         y = 690 + random.uniform(-40, 60)
         for j in range(4):
-            c.poly([(x - h * 0.1 * (j + 1.5), y - h * (0.65 - 0.22 * j)), (x, y - h * (1.05 - 0.2 * j)),
+            c.poly([(x - h * 0.1 * (j + 1.5), y - h * (0.65 - 0.22 * j)),
+                    (x, y - h * (1.05 - 0.2 * j)),
                     (x + h * 0.1 * (j + 1.5), y - h * (0.65 - 0.22 * j))], "#18332b")
     c.curve([(-10, 640), (150, 610), (260, 650), (420, 600), (610, 640)], None, "#7a3b2b", 7)
     for k in range(7):
         c.rect(205 + 34 * k, 618 + 3 * math.sin(k), 31, 17, "#b23a2a", r=3)
         c.rect(209 + 34 * k, 621 + 3 * math.sin(k), 23, 6, "#f3e2b6")
     c.rect(0, 712, 600, 88, "#b23a2a")
-    c.fit(300, 766, 520, "ALPENBAHN", "display", 66, fill="#f6e8c8", align="c", bold=True, tracking=6)
+    c.fit(300, 766, 520, "ALPENBAHN", "display", 66, fill="#f6e8c8", align="c", bold=True,
+          tracking=6)
     c.text(300, 785, "over the high pass in four hours", 16, "serif", "#f6e8c8", "c", italic=True)
     c.rect(8, 8, 584, 784, None, "#f6e8c8", 5)
     return finish(c, 303)
@@ -87,7 +89,8 @@ def botanical():
         for side in (0, 1):
             d = (28 + 30 * t) if side else 180 - (28 + 30 * t)
             size = 250 * (1 - 0.5 * abs(t - 0.3)) * random.uniform(0.9, 1.05)
-            r.put(x, y, 280, leaf(size, size * 0.34, d, 305 + 2 * k + side, "#7f9a62", "#3f5a3a"), 6 * k)
+            r.put(x, y, 280, leaf(size, size * 0.34, d, 305 + 2 * k + side, "#7f9a62", "#3f5a3a"),
+                  6 * k)
     art = r.picture(2, ambient=0.7)
     c = Canvas(400, 500, 512, 512, "#ece4cf")
     c.rect(28, 28, 344, 444, None, "#8b7d62", 0.8)
@@ -107,7 +110,7 @@ def lake():
     out = sky.copy()
     random = rng(308)
     for k, (base, amp, tone) in enumerate(((0.40, 0.16, 150), (0.46, 0.13, 112), (0.52, 0.08, 66))):
-        ridge = sum(upsample(random.uniform(-1, 1, (1, 4 * 2 ** j)), 1, w) / 1.9 ** j for j in range(7))
+        ridge = sum(upsample(random.uniform(-1, 1, (1, 4 * 2**j)), 1, w) / 1.9**j for j in range(7))
         line = base - amp * (0.35 + 0.5 * ridge)
         rock = fbm(h, w, 16, 309 + k, 6, gain=0.7)
         snow = smoothstep(0.2, 0.9, rock) * smoothstep(0.15, 0.0, y - line) * (k == 0) * 80
@@ -118,8 +121,9 @@ def lake():
     source = np.clip((0.57 - (y - 0.57) * 1.02) * (h - 1), 0, h - 1).astype(int)
     ripple = 6 * fbm(h, w, 20, 313, 5, stretch=0.25) * (y - 0.5)
     shift = (np.arange(w)[None, :] + ripple.astype(int)) % w
-    out = np.where(water, 0.75 * out[source, shift] + 10 + 14 * fbm(h, w, 60, 314, 3, stretch=12) * (y - 0.5),
-                   out)
+    out = np.where(
+        water, 0.75 * out[source, shift] + 10 + 14 * fbm(h, w, 60, 314, 3, stretch=12) * (y - 0.5),
+        out)
     photo = picture(np.dstack([out * 1.0, out * 0.985, out * 0.955]))
     c = Canvas(700, 500, 1024, 512, "#f1eee6")
     c.paste(photo, 60, 60, 580, 370)
@@ -147,9 +151,9 @@ def planet():
     random = rng(317)
     c.rect(0, 0, 500, 700, radial(250, 300, 520, (0, "#2c3d63"), (0.6, "#182340"), (1, "#0e1424")))
     for _ in range(700):
-        r = random.uniform(0.3, 1.5) ** 2
-        c.circle(random.uniform(0, 500), random.uniform(0, 700), r * 0.8, (1, 0.96, 0.86,
-                                                                           random.uniform(0.2, 0.9)))
+        r = random.uniform(0.3, 1.5)**2
+        c.circle(random.uniform(0, 500), random.uniform(0, 700), r * 0.8,
+                 (1, 0.96, 0.86, random.uniform(0.2, 0.9)))
     for rx, ry in ((300, 92), (280, 84), (262, 77), (248, 72)):
         c.ellipse(250, 300, rx, ry, None, (0.91, 0.76, 0.5, 0.6), 6, degrees=-18)
     p = Relief(700, 700)
@@ -197,8 +201,8 @@ def camera():
         c.line(0, 27.6 * k, 600, 27.6 * k, (1, 1, 1, 0.07), 0.8)
         c.line(20.7 * k, 0, 20.7 * k, 800, (1, 1, 1, 0.07), 0.8)
     c.line(300, 90, 300, 660, (1, 1, 1, 0.5), 1)
-    for k, (y, rx, ry) in enumerate(((120, 70, 20), (165, 92, 27), (215, 84, 24), (268, 100, 30), (322, 76, 22),
-                                     (380, 110, 34))):
+    for k, (y, rx, ry) in enumerate(((120, 70, 20), (165, 92, 27), (215, 84, 24), (268, 100, 30),
+                                     (322, 76, 22), (380, 110, 34))):
         c.ellipse(300, y, rx, ry, (0.14, 0.29, 0.42, 1), line, 2.4)
         c.ellipse(300, y - 8, rx * 0.8, ry * 0.78, (1, 1, 1, 0.08), line, 1.2)
         side = -1 if k % 2 else 1
@@ -213,9 +217,10 @@ def camera():
     c.circle(420, 600, 26, None, line, 1.8)
     c.circle(420, 600, 15, None, line, 1.2)
     c.text(300, 62, "ANATOMY OF A CAMERA", 36, "display", line, "c", bold=True, tracking=4)
-    for k, words in enumerate(("1 hood   2 front element   3 iris   4 middle group   5 shutter   6 rear group",
-                               "bellows in seven folds · film plane · winding knob · finder",
-                               "drawn to scale 1 : 1 after the original of 1931")):
+    for k, words in enumerate(
+        ("1 hood   2 front element   3 iris   4 middle group   5 shutter   6 rear group",
+         "bellows in seven folds · film plane · winding knob · finder",
+         "drawn to scale 1 : 1 after the original of 1931")):
         c.text(300, 710 + 22 * k, words, 13.5, "mono", line, "c")
     c.rect(14, 14, 572, 772, None, line, 2)
     return finish(c, 326, 1.0)
@@ -245,9 +250,11 @@ def world_map():
         for y in (30, 800):
             c.rect(40 + 55 * k, y, 55, 10, INK if k % 2 else "#f7f2e4", INK, 0.8)
     random = rng(323)
-    names = ["Valdoro", "Port Amber", "Isla Sereno", "Nordhamn", "Cape Linnet", "Ostrava Bay", "Tirano",
-             "Halmar", "Quill Sea", "Mira", "Santa Brisa", "Keld", "Lumera", "Arden", "Bay of Glass",
-             "Voss", "Marrow Hills", "Eastreach", "Dunmore", "Pelago", "Uhl", "Castine", "Old Ferry"]
+    names = [
+        "Valdoro", "Port Amber", "Isla Sereno", "Nordhamn", "Cape Linnet", "Ostrava Bay", "Tirano",
+        "Halmar", "Quill Sea", "Mira", "Santa Brisa", "Keld", "Lumera", "Arden", "Bay of Glass",
+        "Voss", "Marrow Hills", "Eastreach", "Dunmore", "Pelago", "Uhl", "Castine", "Old Ferry"
+    ]
     for name in names * 2:
         x, y = random.uniform(80, 1290), random.uniform(80, 770)
         c.circle(x, y, 2.6, "#b23a2a", INK, 0.6)
@@ -267,8 +274,8 @@ def garden():
     x = np.linspace(0, 1, n)[None, :] * np.ones((n, 1))
     cloud = smoothstep(-0.2, 1.6, fbm(n, n, 3, 330, 5, stretch=2))
     out = blend(colour("#b9d2ee"), colour("#f6f8fb"), 0.3 + 0.7 * cloud * (1 - 0.3 * y))
-    for k, (base, amp, a, b) in enumerate(((0.50, 0.16, "#5d7a55", "#94ab7c"),
-                                           (0.62, 0.2, "#3c5a35", "#7d9a52"))):
+    for k, (base, amp, a, b) in enumerate(
+        ((0.50, 0.16, "#5d7a55", "#94ab7c"), (0.62, 0.2, "#3c5a35", "#7d9a52"))):
         crown = upsample(rng(331 + k).uniform(-1, 1, (1, 9)), 1, n) * amp + base
         crown = crown + 0.02 * fbm(n, n, 40, 333 + k, 3)
         tree = blend(colour(a), colour(b), 0.5 + 0.35 * fbm(n, n, 24, 335 + k, 4))
@@ -276,8 +283,8 @@ def garden():
         if k == 0:
             wall = (x > 0.52) & (x < 0.86) & (y > 0.5)
             roof = (np.abs(x - 0.69) * 0.55 < (y - 0.36)) & (np.abs(x - 0.69) < 0.2) & (y < 0.51)
-            out = np.where(wall[..., None], colour("#d9cbb2") * (1 - 0.12 * ((x * 40) % 1 > 0.8))[..., None],
-                           out)
+            out = np.where(wall[..., None],
+                           colour("#d9cbb2") * (1 - 0.12 * ((x * 40) % 1 > 0.8))[..., None], out)
             pane = wall & ((x * 9) % 1 > 0.45) & (y > 0.55) & (y < 0.62)
             out = np.where(pane[..., None], colour("#56646e"), out)
             out = np.where(roof[..., None], colour("#9a5a42"), out)

@@ -50,7 +50,8 @@ def plot(c, x, y, w, h, title, curves, seed):
     c.rect(x, y, w, h, "#f4f5f6")
     c.text(x + w / 2, y + 13, title, 9, "medium", "#222222", "c")
     for k in range(6):
-        c.line(x + 26, y + 22 + (h - 42) * k / 5, x + w - 8, y + 22 + (h - 42) * k / 5, "#d5d9dd", 0.6)
+        c.line(x + 26, y + 22 + (h - 42) * k / 5, x + w - 8, y + 22 + (h - 42) * k / 5, "#d5d9dd",
+               0.6)
         c.text(x + 23, y + 25 + (h - 42) * k / 5, f"{(5 - k) * 4}", 6.5, "sans", "#444444", "r")
         c.text(x + 26 + (w - 34) * k / 5, y + h - 9, f"{k * 6}", 6.5, "sans", "#444444", "c")
     for k, tone in enumerate(curves):
@@ -70,16 +71,20 @@ def screen():
     for k, tone in enumerate(("#d9694f", "#dbb04a", "#67a65a")):
         c.circle(756 + 15 * k, 8.5, 4.5, tone)
     c.rect(0, 17, 96, 420, "#22272e")
-    names = ("core", "sim", "tracker", "  edges.cpp", "  edges.h", "  object_tracker.cpp", "  object_tracker.h", "  particle.cpp", "vo",
-             "  depth_filter.cpp", "  odometry.cpp", "mapper", "  gating.cpp", "  mapper.cpp", "  smoother.cpp", "eval", "app", "docs", "tests")
+    names = ("core", "sim", "tracker", "  edges.cpp", "  edges.h", "  object_tracker.cpp",
+             "  object_tracker.h", "  particle.cpp", "vo", "  depth_filter.cpp", "  odometry.cpp",
+             "mapper", "  gating.cpp", "  mapper.cpp", "  smoother.cpp", "eval", "app", "docs",
+             "tests")
     for k, name in enumerate(names):
         if k == 5:
             c.rect(0, 25 + 14 * k, 96, 14, "#37414d")
         c.text(10, 35 + 14 * k, name, 8.2, "medium" if name[0] != " " else "sans", "#b5bec8")
     code(c, 126, 36, 9.4)
     c.rect(100, 322, 398, 115, "#14171b")
-    lines = ("$ diorama run scenes/orange_juice.yaml -o out", "frame  300/900  tracked 1/1  17.2 ms", "frame  600/900  tracked 1/1  16.8 ms",
-             "frame  900/900  tracked 1/1  17.0 ms", "mean error 0.0061 m   success 98.4 %", "loop closed at 28.4 s, drift 0.4 %", "$ _")
+    lines = ("$ diorama run scenes/orange_juice.yaml -o out",
+             "frame  300/900  tracked 1/1  17.2 ms", "frame  600/900  tracked 1/1  16.8 ms",
+             "frame  900/900  tracked 1/1  17.0 ms", "mean error 0.0061 m   success 98.4 %",
+             "loop closed at 28.4 s, drift 0.4 %", "$ _")
     for k, line in enumerate(lines):
         c.text(108, 337 + 14.6 * k, line, 9.4, "mono", "#8fd08a" if k in (0, 6) else "#c9d1d9")
     plot(c, 504, 22, 290, 130, "translation error [mm]", ("#c8452e", "#2a6f9e", "#4d8a3f"), 1101)

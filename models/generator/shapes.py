@@ -10,7 +10,8 @@ from .mesh import Patch, join
 BOX_FACES = {
     "front": ((0, -1, 0), (1, 0, 0), (0, 0, 1)), "right": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     "back": ((0, 1, 0), (-1, 0, 0), (0, 0, 1)), "left": ((-1, 0, 0), (0, -1, 0), (0, 0, 1)),
-    "top": ((0, 0, 1), (1, 0, 0), (0, 1, 0)), "bottom": ((0, 0, -1), (1, 0, 0), (0, -1, 0))}
+    "top": ((0, 0, 1), (1, 0, 0), (0, 1, 0)), "bottom": ((0, 0, -1), (1, 0, 0), (0, -1, 0))
+}
 
 
 def box(size, radius=0.001, mat="", seg=1, uv=None, mats=None, tile=None, skip=()):
@@ -46,8 +47,8 @@ def box(size, radius=0.001, mat="", seg=1, uv=None, mats=None, tile=None, skip=(
                 else:
                     ra, rb = ha + radius * angles[-1], hb + radius * angles[-1]
                     s, t = (ea / ra + 1) / 2, (eb / rb + 1) / 2
-                    uvs.append((rect[0] + s * (rect[2] - rect[0]),
-                                rect[1] + t * (rect[3] - rect[1])))
+                    uvs.append(
+                        (rect[0] + s * (rect[2] - rect[0]), rect[1] + t * (rect[3] - rect[1])))
         w = len(cols)
         faces = [(r * w + c, r * w + c + 1, (r + 1) * w + c + 1, (r + 1) * w + c)
                  for r in range(len(rows) - 1) for c in range(w - 1)]
@@ -89,8 +90,8 @@ def fillet(points, radii=0.0, seg=3, closed=False):
         for k in range(seg + 1):
             t = turn * k / seg
             n = right(d0)
-            n = np.array([n[0] * math.cos(t) - n[1] * math.sin(t),
-                          n[0] * math.sin(t) + n[1] * math.cos(t)])
+            n = np.array(
+                [n[0] * math.cos(t) - n[1] * math.sin(t), n[0] * math.sin(t) + n[1] * math.cos(t)])
             out.append(np.concatenate([centre + n * r * math.copysign(1, turn), n]))
     return np.array(out)
 
@@ -177,7 +178,7 @@ def prism(outline, height, bevel, mat, bevel_seg=2, cap_mat=None, scale_top=1.0)
 def tube(path, radius, mat, seg=10, closed=False, round_ends=True, tile=0.05):
     """Round tube along a polyline (k, 3); `radius` may vary along it. Closed at both ends."""
     path = np.array(path, float)
-    radius = np.broadcast_to(np.asarray(radius, float), (len(path),)).copy()
+    radius = np.broadcast_to(np.asarray(radius, float), (len(path), )).copy()
     if closed:
         tangent = np.roll(path, -1, 0) - np.roll(path, 1, 0)
     else:
@@ -190,7 +191,7 @@ def tube(path, radius, mat, seg=10, closed=False, round_ends=True, tile=0.05):
         side /= np.linalg.norm(side)
         frames.append((side, np.cross(t, side)))
     rings = [(path[i], radius[i], frames[i], tangent[i], 0.0) for i in range(len(path))]
-    if closed:   # the twist that is left over is spread over all rings
+    if closed:  # the twist that is left over is spread over all rings
         twist = math.atan2(frames[-1][0] @ frames[0][1], frames[-1][0] @ frames[0][0])
         for i, (q, r, (sa, sb), t, w) in enumerate(rings):
             c, s = math.cos(twist * i / len(rings)), -math.sin(twist * i / len(rings))
@@ -200,7 +201,7 @@ def tube(path, radius, mat, seg=10, closed=False, round_ends=True, tile=0.05):
         for end, sign in ((0, -1), (-1, 1)):
             q, r, frame, t, _ = rings[end]
             tip = []
-            for w in (math.pi / 4, math.pi / 2) if round_ends else (math.pi / 2,):
+            for w in (math.pi / 4, math.pi / 2) if round_ends else (math.pi / 2, ):
                 tip.append((q + sign * t * r * math.sin(w), r * math.cos(w), frame, t, sign * w))
             if not round_ends:
                 flat = sign * math.pi / 2
@@ -236,7 +237,8 @@ def sheet(points, mat, uv=None, normals=None):
     if uv is None:
         uu, vv = np.meshgrid(np.linspace(0, 1, cols), np.linspace(0, 1, rows))
         uv = np.stack([uu, vv], axis=2)
-    return Patch(points.reshape(-1, 3), np.asarray(normals).reshape(-1, 3),
+    return Patch(points.reshape(-1, 3),
+                 np.asarray(normals).reshape(-1, 3),
                  np.asarray(uv, float).reshape(-1, 2), *grid_faces(rows, cols, mat))
 
 

@@ -32,17 +32,18 @@ def wood(rows, cols, mm, seed, light="#c9a06c", dark="#8f6236", ring_mm=7.0):
     depth = 30 + 34 * bends
     wobble = fbm(rows, cols, 5, seed + 1, 4, stretch=7) * 3.5
     wobble = wobble + fbm(rows, cols, 60, seed + 2, 3, stretch=24) * 0.35
-    radius = np.sqrt((y * 0.8 + wobble) ** 2 + (depth + 0.4 * wobble) ** 2)
+    radius = np.sqrt((y * 0.8 + wobble)**2 + (depth + 0.4 * wobble)**2)
     phase = (radius / ring_mm) % 1.0
     ring = smoothstep(0.2, 0.92, phase) * (1 - smoothstep(0.92, 1.0, phase))
     strength = 0.6 + 0.4 * np.sin(np.floor(radius / ring_mm) * 2.4 + seed)
     fibre = fbm(rows, cols, cols // 2, seed + 3, 2, stretch=24)
     long_fibre = fbm(rows, cols, cols // 5, seed + 4, 3, stretch=40)
     tone = fbm(rows, cols, 3, seed + 5, 3, stretch=3)
-    out = blend(colour(light), colour(dark), 0.2 + 0.3 * ring * strength + 0.035 * fibre
-                + 0.06 * long_fibre + 0.07 * tone)
+    out = blend(colour(light), colour(dark),
+                0.2 + 0.3 * ring * strength + 0.035 * fibre + 0.06 * long_fibre + 0.07 * tone)
     length = max(3, int(6 / mm))
-    pores = np.cumsum(np.pad(white(rows, cols, seed + 6), ((0, 0), (length, 0)), mode="wrap"), axis=1)
+    pores = np.cumsum(np.pad(white(rows, cols, seed + 6), ((0, 0), (length, 0)), mode="wrap"),
+                      axis=1)
     streak = pores[:, length:] - pores[:, :-length]
     streak = (streak - streak.mean()) / streak.std()
     pore = smoothstep(1.2, 2.6, streak + 0.7 * ring * strength)
@@ -66,9 +67,9 @@ def desk_top(rows, cols, mm, seed):
         d = np.hypot(x - cx, y - cy)
         t = np.arctan2(y - cy, x - cx)
         gap = smoothstep(-0.6, 0.5, np.sin(1.3 * t + cx) + 0.5 * np.sin(3 * t + cy))
-        mark = np.exp(-((d - r) / 1.1) ** 2) * (0.35 + 0.65 * gap)
+        mark = np.exp(-((d - r) / 1.1)**2) * (0.35 + 0.65 * gap)
         out *= 1 - force * mark[..., None] * np.array([0.8, 1, 1.15])
-    for _ in range(70):                                   # scratches catch the light or dirt
+    for _ in range(70):  # scratches catch the light or dirt
         x0, y0, a = random.uniform(0, 1600), random.uniform(0, 800), random.normal(0, 0.5)
         length, bend = random.uniform(8, 90) * random.uniform(0.2, 1), random.normal(0, 0.002)
         s = np.arange(0, length, mm * 0.5)
@@ -114,8 +115,7 @@ def plaster(size, base, seed, strength=1.0):
     peel = peel / peel.std()
     relief = peel - np.roll(np.roll(peel, 1, 0), 1, 1)
     cloud = fbm(size, size, 3, seed + 1, 5)
-    out = colour(base) * (1 + strength * (0.012 * relief + 0.012 * cloud
-                                          + 0.006 * peel))[..., None]
+    out = colour(base) * (1 + strength * (0.012 * relief + 0.012 * cloud + 0.006 * peel))[..., None]
     scuff = smoothstep(2.3, 3.2, fbm(size, size, 24, seed + 2, 4, stretch=3))
     return out * (1 - 0.05 * strength * scuff[..., None])
 
@@ -125,12 +125,13 @@ def woven(size, threads, base, other, seed):
     t = np.arange(size) * threads / size
     a, b = np.meshgrid(t, t)
     over = (np.floor(a) + np.floor(b)) % 2
-    warp = np.abs(np.sin(np.pi * a)) ** 0.6
-    weft = np.abs(np.sin(np.pi * b)) ** 0.6
+    warp = np.abs(np.sin(np.pi * a))**0.6
+    weft = np.abs(np.sin(np.pi * b))**0.6
     shade = np.where(over > 0, warp * (0.7 + 0.3 * weft), weft * (0.7 + 0.3 * warp))
     fuzz = fbm(size, size, size // 8, seed, 3)
     tint = blend(colour(base), colour(other), np.where(over > 0, 0.25, 0.7))
-    return tint * (0.55 + 0.45 * shade + 0.05 * fuzz + 0.03 * fbm(size, size, 4, seed + 1))[..., None]
+    return tint * (0.55 + 0.45 * shade + 0.05 * fuzz + 0.03 * fbm(size, size, 4, seed + 1))[...,
+                                                                                            None]
 
 
 def cork(size, seed):
