@@ -11,6 +11,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+from generator.canvas import missing_fonts
 from generator.catalogue import MODELS
 
 HERE = Path(__file__).resolve().parent
@@ -48,6 +49,8 @@ def main():
     unknown = [name for name in names if name not in MODELS]
     if unknown:
         parser.error(f"no model {unknown[0]!r}; there are: {', '.join(sorted(MODELS))}")
+    if missing_fonts():
+        parser.error(f"fonts are missing: {', '.join(missing_fonts())}; see models/README.md")
     if not arguments.check:
         generate(names, HERE)
         return 0

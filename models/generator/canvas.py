@@ -1,6 +1,7 @@
 """Drawing in millimetres on a cairo surface: origin top left, y down."""
 
 import math
+import subprocess
 from contextlib import contextmanager
 
 import cairo
@@ -12,9 +13,16 @@ FONTS = {
     "black": "Lato Black", "slab": "Roboto Slab", "slab light": "Roboto Slab Light",
     "display": "Bebas Neue", "brush": "Kaushan Script", "lobster": "Lobster Two",
     "serif": "EB Garamond", "hand": "Breip", "note": "DkgHandwriting", "script": "Kristi",
-    "dance": "Dancing Script", "round": "Quicksand", "narrow": "Yanone Kaffeesatz",
+    "round": "Quicksand", "narrow": "Yanone Kaffeesatz",
     "mono": "DejaVu Sans Mono", "ocr": "OCR B"
 }
+
+
+def missing_fonts():
+    """Families that fontconfig does not know; cairo would silently take another."""
+    listed = subprocess.run(["fc-list", ":", "family"], check=True, capture_output=True, text=True)
+    known = {name.strip() for line in listed.stdout.splitlines() for name in line.split(",")}
+    return sorted(set(FONTS.values()) - known)
 
 
 def rgb(colour, alpha=1.0):

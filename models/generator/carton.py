@@ -94,7 +94,7 @@ def roof(rows, base, up):
              (1, 1): (width, FIN, RIDGE), (-1, 1): (-width, FIN, RIDGE)}
     corners = ((-1, -1), (1, -1), (1, 1), (-1, 1))
     for side in range(4):
-        # On each panel the ring has the points: crease middle, panel start, panel end, crease middle.
+        # The ring's points on a panel: crease middle, panel start, panel end, crease middle.
         i = [3 * side + k for k in range(4)]
         left, right = np.array(ridge[corners[side]]), np.array(ridge[corners[(side + 1) % 4]])
         e = [uv(rows[j, 4], up[j]) for j in i]

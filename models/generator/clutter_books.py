@@ -106,7 +106,7 @@ def cover_robots(c, x, y, w, h, sx, t, random):
 
 
 def hardcover(cell, size, name):
-    """Book lying on its back cover, spine towards -y, with boards, rounded spine and recessed pages."""
+    """Book lying on its back cover, spine towards -x: boards, arched spine, recessed pages."""
     w, h, t = (s / 1000 for s in size)
     sheet_w, sheet_h = 0.420, 4 * 0.260
     y0 = 0.260 * cell
@@ -253,7 +253,7 @@ def notebook():
 
 
 def sticky_notes():
-    """Block of yellow notes; the top sheet curls and carries handwriting, two loose ones beside it."""
+    """Block of notes whose top sheet curls, and a loose note beside it."""
     c = Canvas(152, 76, 1024, 512, "#e9d45e")
     c.rect(76, 0, 76, 76, "#e79aa0")
     c.paragraph(7, 20, 62, "call the dentist 15:30\ncarton + pasta for Friday", 11, "hand", 1.2,

@@ -131,7 +131,8 @@ def draw_cereal(c, rects):
                           head="#4a2f66")
             b = c.paragraph(
                 x + 6, b + 6, w - 12,
-                "Ingredients: whole oats 48 %, wheat, maize, cane sugar, freeze-dried blueberries 6 %, barley "
+                "Ingredients: whole oats 48 %, wheat, maize, cane sugar, freeze-dried "
+                "blueberries 6 %, barley "
                 "malt, salt, vitamins (niacin, B6, B2, B1, folic acid).", 3.0, "sans",
                 fill="#3a2c40")
             ean13(c, x + 7, y + h - 40, w - 14, 26, "760221134455")
@@ -185,8 +186,10 @@ def draw_tea(c, rects):
         else:
             c.paragraph(
                 x + 14, y + 37, w - 28,
-                "Grown above the mist line, withered in bamboo trays and rolled by hand. One bag per cup, water "
-                "just off the boil, two to three minutes: the liquor is pale gold and smells of hay and lemon.",
+                "Grown above the mist line, withered in bamboo trays and rolled by hand. "
+                "One bag per cup, water "
+                "just off the boil, two to three minutes: the liquor is pale gold and smells "
+                "of hay and lemon.",
                 3.5, "serif", fill="#2a3a34")
             ean13(c, x + 14, y + 68, 34, 20, "690112358132")
             recycling(c, x + w - 28, y + 76, 5, "#20463f", "21", "PAP")

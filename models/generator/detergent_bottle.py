@@ -116,7 +116,7 @@ def build():
     model.images["bottle.png"] = texture()
     model.material("plastic", image="bottle.png", ks=0.04, ns=140)
     model.material("cap", kd=(0.02, 0.16, 0.25), ks=0.04, ns=220)
-    skin = surface_net(body, (-0.08, -0.05, -0.005), (0.08, 0.05, 0.235), 0.0048, "plastic")
+    skin = surface_net(body, (-0.08, -0.05, -0.005), (0.08, 0.05, 0.235), 0.0053, "plastic")
     model.add("bottle", project(skin))
     model.add("cap", cap())
     return model

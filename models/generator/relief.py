@@ -37,7 +37,7 @@ class Relief:
         self.cover[window] = np.where(front, 1.0, self.cover[window])
 
     def light(self, sun=(-0.5, 0.62, 0.6), ambient=0.5, depth=12.0, soften=0.7, bump=1.0):
-        """RGB array 0..255: Lambert, a highlight, and darkening where the neighbourhood is higher."""
+        """RGB array 0..255: Lambert, a highlight, darker where the neighbourhood is higher."""
         z = np.where(self.cover > 0, self.z, 0.0)
         smooth = blur(z, soften, wrap=False) if soften else z
         gy, gx = np.gradient(smooth)

@@ -40,7 +40,8 @@ def code(c, x, y, size):
             continue
         for part in line.replace("(", " ( ").replace(")", " ) ").split(" "):
             tone = "#c586c0" if part in WORDS else "#4ec9b0" if part[:1].isupper() else \
-                "#ce9178" if part.startswith('"') else "#d4c08a" if part.endswith("_") else "#c9d1d9"
+                "#ce9178" if part.startswith('"') else \
+                "#d4c08a" if part.endswith("_") else "#c9d1d9"
             c.text(cx, yy, part, size, "mono", tone)
             cx += size * 0.602 * (len(part) + (part not in ("(", ")")))
 

@@ -82,7 +82,7 @@ def desk_top(rows, cols, mm, seed):
 
 
 def parquet(size, tile_m, seed):
-    """Oak herringbone-free strip floor, tileable: strips of 90 x 625 mm with dark bevelled joints."""
+    """Oak strip floor, tileable: boards of 90 x 625 mm with dark bevelled joints."""
     random = rng(seed)
     mm = tile_m * 1000 / size
     strips = 28
