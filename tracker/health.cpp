@@ -25,8 +25,9 @@ TrackHealth assessHealth(size_t visible_samples, const std::vector<EdgeObservati
   const TextureCue::Agreement patches = texture.agreement(options.inlier_px);
   if (patches.expected >= kFewestPatches)
     health.texture_agreement = patches.agreeing / static_cast<double>(patches.expected);
-  health.value = health.edge_agreement;
-  if (health.value < options.claim_health) health.reason = "too few edges agree with the pose";
+  // Agreeing texture makes up for hidden edges; texture that disagrees may only be blurred.
+  const double both = 0.5 * (health.edge_agreement + health.texture_agreement);
+  health.value = std::max(health.edge_agreement, both);
   return health;
 }
 

@@ -48,16 +48,18 @@ class EdgeTracker::Implementation {
   ObjectMeasurement track(const Frame& frame, const std::optional<ObjectPrediction>& start);
 
  private:
-  enum class State { kWaiting, kTracking, kDoubtful, kLost };
+  enum class State { kWaiting, kStarting, kTracking, kDoubtful, kLost };
 
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
   Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
   double edgeScore(const SE3& T) const;
-  void remember(const Estimate& estimate, int64_t timestamp_ns);
+  void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
+  ObjectMeasurement lose(const Frame& frame, const TrackHealth& health);
+  void remember(const Estimate& estimate);
   void learnContrast(const std::vector<EdgeObservation>& observations);
-  ObjectMeasurement report(const Frame& frame, const Estimate& estimate) const;
+  ObjectMeasurement report(const Frame& frame, const Estimate& estimate, bool good) const;
   ObjectMeasurement notClaimed(const Frame& frame, const std::string& reason) const;
 
   double pixelMotion(const SE3& a, const SE3& b) const;
@@ -65,6 +67,9 @@ class EdgeTracker::Implementation {
   SE3 toObject(const SE3& T_camera_model) const;
   std::vector<int> searchRanges() const {
     return {options_.wide_search_px, options_.narrow_search_px};
+  }
+  std::vector<int> startSearchRanges() const {
+    return {options_.start_search_px, options_.wide_search_px, options_.narrow_search_px};
   }
 
   const TrackerOptions options_;
@@ -110,43 +115,53 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   if (start && !start->T_camera_object.isFinite())
     return notClaimed(frame, "the start is not finite");
   if (start) {
+    // The object may be elsewhere now: what it looked like still holds, how it moved does not.
     velocity_.reset();
     T_last_ = toModel(start->T_camera_object);
+    state_ = State::kStarting;
   } else if (state_ == State::kWaiting) {
     return notClaimed(frame, "no pose to start from");
   }
   image_.build(frame.gray);
 
-  const SE3 predicted = start ? T_last_ : predict(frame.timestamp_ns);
-  Estimate estimate;
-  if (start) {
-    std::vector<int> ranges = searchRanges();
-    ranges.insert(ranges.begin(), options_.start_search_px);
-    estimate = refine(predicted, ranges);
-  } else {
-    estimate = refine(alignFromLast(predicted), searchRanges());
-  }
-  if (estimate.health.value < options_.claim_health && direct_.ready()) {
+  const double needed = state_ == State::kTracking ? options_.claim_health : options_.start_health;
+  const SE3 predicted = predict(frame.timestamp_ns);
+  Estimate estimate = start ? refine(predicted, startSearchRanges())
+                            : refine(alignFromLast(predicted), searchRanges());
+  bool good = estimate.health.value >= needed;
+  if (!good && direct_.ready()) {
     Estimate rescued = rescue(predicted, static_cast<uint32_t>(frame.index));
-    if (rescued.health.value > estimate.health.value) estimate = std::move(rescued);
+    if (rescued.health.value > estimate.health.value) {
+      estimate = std::move(rescued);
+      good = estimate.health.value >= options_.start_health;
+    }
   }
+  if (estimate.health.value < options_.lost_health) return lose(frame, estimate.health);
+  accept(estimate, frame.timestamp_ns, good);
+  return report(frame, estimate, good);
+}
 
-  if (estimate.health.value < options_.lost_health) {
-    // Hold the last pose, the reference and the contrast: the object may reappear.
-    state_ = State::kLost;
-    velocity_.reset();
-    return notClaimed(frame, "lost: " + estimate.health.reason);
-  }
-  const bool good = estimate.health.value >= options_.claim_health;
-  if (good && state_ == State::kTracking && !start) {
-    const double seconds = 1e-9 * static_cast<double>(frame.timestamp_ns - last_ns_);
-    if (seconds > 0) velocity_ = log(T_last_.inverse() * estimate.T_camera_model) / seconds;
-  }
+// Holds the last pose, the reference and the contrast: the object may reappear.
+ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const TrackHealth& health) {
+  state_ = State::kLost;
+  velocity_.reset();
+  ObjectMeasurement measurement = notClaimed(
+      frame, "lost: " + (health.reason.empty() ? "hardly an edge agrees with any pose tried"
+                                               : health.reason));
+  measurement.health = health.value;
+  return measurement;
+}
+
+void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t timestamp_ns,
+                                         bool good) {
+  const double seconds = 1e-9 * static_cast<double>(timestamp_ns - last_ns_);
+  if (good && state_ == State::kTracking && seconds > 0)
+    velocity_ = log(T_last_.inverse() * estimate.T_camera_model) / seconds;
+  if (!good) velocity_.reset();
   state_ = good ? State::kTracking : State::kDoubtful;
   T_last_ = estimate.T_camera_model;
-  last_ns_ = frame.timestamp_ns;
-  if (good) remember(estimate, frame.timestamp_ns);
-  return report(frame, estimate);
+  last_ns_ = timestamp_ns;
+  if (good) remember(estimate);
 }
 
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
@@ -258,7 +273,7 @@ double EdgeTracker::Implementation::edgeScore(const SE3& T) const {
   return near / static_cast<double>(samples.size());
 }
 
-void EdgeTracker::Implementation::remember(const Estimate& estimate, int64_t) {
+void EdgeTracker::Implementation::remember(const Estimate& estimate) {
   learnContrast(estimate.observations);
   direct_.setReference(image_, T_last_);
   if (texture_.empty() || texture_.keyframeNeeded(T_last_))
@@ -278,8 +293,8 @@ void EdgeTracker::Implementation::learnContrast(const std::vector<EdgeObservatio
   }
 }
 
-ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame,
-                                                      const Estimate& estimate) const {
+ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame, const Estimate& estimate,
+                                                      bool good) const {
   ObjectMeasurement m;
   m.source = source_name_;
   m.object = object_name_;
@@ -294,9 +309,9 @@ ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame,
   m.health = estimate.health.value;
   const double sigma_m = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
   const double sigma_rad = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
-  m.reason = estimate.health.reason;
-  if (m.reason.empty() &&
-      (sigma_m > options_.claim_sigma_m || sigma_rad > options_.claim_sigma_rad))
+  if (!good)
+    m.reason = "too few edges agree with the pose";
+  else if (sigma_m > options_.claim_sigma_m || sigma_rad > options_.claim_sigma_rad)
     m.reason = "the pose is too uncertain";
   m.claimed = m.reason.empty();
   return m;

@@ -48,7 +48,9 @@ struct TrackerOptions {
 
   // Health. Between `lost` and `claim` the pose is kept but neither claimed nor remembered.
   double inlier_px = 1.5;
-  double claim_health = 0.5;  // the paper calls a track good at this ratio of valid samples
+  double claim_health = 0.5;   // the paper calls a track good at this ratio of valid samples
+  double start_health = 0.65;  // needed to claim after a start, a rescue or a loss: wrong poses in
+                               // clutter reach 0.6, right ones stay above 0.7
   double lost_health = 0.3;
   double claim_sigma_m = 0.015;  // a pose that is less certain is not claimed
   double claim_sigma_rad = 0.03;
@@ -91,6 +93,7 @@ struct TrackerOptions {
     v("keyframe_scale", keyframe_scale, Range{1, 100});
     v("inlier_px", inlier_px, kPositive);
     v("claim_health", claim_health, kFraction);
+    v("start_health", start_health, kFraction);
     v("lost_health", lost_health, kFraction);
     v("claim_sigma_m", claim_sigma_m, kPositive);
     v("claim_sigma_rad", claim_sigma_rad, kPositive);
