@@ -10,7 +10,7 @@ from PIL import Image
 
 FONTS = {
     "sans": "Lato", "light": "Lato Light", "medium": "Lato Medium", "heavy": "Lato Heavy",
-    "black": "Lato Black", "slab": "Roboto Slab", "slab light": "Roboto Slab Light",
+    "black": "Lato Black", "slab": "Roboto Slab",
     "display": "Bebas Neue", "brush": "Kaushan Script", "lobster": "Lobster Two",
     "serif": "EB Garamond", "hand": "Breip", "note": "DkgHandwriting", "script": "Kristi",
     "round": "Quicksand", "narrow": "Yanone Kaffeesatz",

@@ -44,7 +44,7 @@ def cover_maths(c, x, y, w, h, sx, t, random):
         c.circle(x + w * 0.62, y + h * 0.62, 10 + 7 * k, None, "#1f2937", 1.6)
     c.rect(x + 10, y + 14, w - 20, 62, "#1f2937")
     c.text(x + 16, y + 40, "Estimation", 20, "slab", "#f6e7bd", bold=True)
-    c.text(x + 16, y + 64, "on Manifolds", 20, "slab light", "#f6e7bd")
+    c.text(x + 16, y + 64, "on Manifolds", 20, "slab", "#f6e7bd")
     c.text(x + 16, y + h - 14, "K. Halmar  ·  Second edition", 6, "medium", "#1f2937")
     spine_text(c, sx, y, t, h, "Estimation on Manifolds", "HALMAR", "slab", "#1f2937")
     c.rect(sx, y + h - 16, t, 3, "#1f2937")
