@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <ctime>
-#include <limits>
 
 #include "core/text.h"
 #include "tests/mapper/synthetic_graph.h"
@@ -78,7 +77,7 @@ TEST(Mapper, OnlineIsNearTheBatchOptimum) {
     const char* name;
     SyntheticOptions options;
   };
-  SyntheticOptions absent{.poses = 600, .hidden_from = 200, .hidden_to = 420};
+  SyntheticOptions absent{.poses = 400, .hidden_from = 120, .hidden_to = 330};
   SyntheticOptions drifting = absent;
   drifting.odometry_sigma_m = 2e-3;
   drifting.odometry_sigma_rad = 3e-3;
@@ -89,7 +88,7 @@ TEST(Mapper, OnlineIsNearTheBatchOptimum) {
       {"absent, bad odometry", drifting},
       {"coarse tracker", {.poses = 300, .object_sigma_m = 5e-3, .object_sigma_rad = 2e-2}}};
   for (const Case& c : cases) {
-    for (uint64_t seed = 1; seed <= 3; ++seed) {
+    for (uint64_t seed = 1; seed <= 2; ++seed) {
       const Difference most = onlineMinusBatch(makeGraph(c.options, seed), {});
       std::printf("%s, seed %d: %.4f mm, %.5f deg\n", c.name, static_cast<int>(seed),
                   1e3 * most.translation_m, most.rotation_rad / kDegree);
@@ -107,7 +106,7 @@ double normalised(const SE3& estimate, const Matrix6d& P, const SE3& truth) {
 // With white noise of the stated covariance, e^T P^-1 e averages 6.
 TEST(Mapper, CovariancesAreConsistent) {
   double map = 0, prediction = 0, finished = 0;
-  constexpr int runs = 100;
+  constexpr int runs = 40;
   for (uint64_t seed = 1; seed <= runs; ++seed) {
     const SyntheticGraph graph = makeGraph({.poses = 60, .hidden_from = 40, .hidden_to = 60}, seed);
     Mapper mapper;
@@ -125,53 +124,6 @@ TEST(Mapper, CovariancesAreConsistent) {
               finished);
   // 6 +- 4 standard deviations of the mean of chi-square(6), sqrt(12 / runs).
   for (double mean : {map, prediction, finished}) EXPECT_NEAR(mean, 6, 4 * std::sqrt(12.0 / runs));
-}
-
-TEST(Mapper, WrongMeasurementsAreOutweighed) {
-  for (const char* kernel : {"huber", "cauchy", "cauchy_tail"}) {
-    SyntheticGraph graph = makeGraph({.poses = 300}, 7);
-    Numbers numbers(8);
-    int wrong = 0;
-    for (size_t k = 20; k < 300; ++k) {
-      if (numbers.uniform(0, 1) > 0.2) continue;
-      ++wrong;
-      SE3& Z = graph.observations[k].front().T_camera_object;
-      Z = Z * exp(Vector6d(0.1 * numbers.normal6()));
-    }
-    ASSERT_GT(wrong, 30);
-    MapperOptions options;
-    options.object_kernel = kernel;
-    Mapper mapper(options);
-    feedAll(mapper, graph);
-    const MapEstimate estimate = mapper.finish();
-    EXPECT_THAT(estimate.objects.front().T_world_object,
-                PoseNear(graph.objects[0], 2e-3, 0.2 * kDegree))
-        << kernel;
-    EXPECT_THAT(estimate.T_world_camera,
-                PoseNear(graph.truth.poses.back().pose, 3e-3, 0.3 * kDegree))
-        << kernel;
-  }
-}
-
-// A tracker that sits on something else for a second, and says that it is sure.
-TEST(Mapper, BurstOfWrongMeasurementsIsOutweighed) {
-  SyntheticGraph graph = makeGraph({.poses = 300}, 9);
-  for (size_t k = 150; k < 180; ++k) {
-    SE3& Z = graph.observations[k].front().T_camera_object;
-    Z.translation.x() += 0.08;
-  }
-  Mapper mapper;
-  MapEstimate estimate;
-  double worst = 0;
-  for (size_t k = 0; k < 300; ++k) {
-    estimate = feed(mapper, graph, k);
-    worst =
-        std::max(worst, (estimate.T_world_camera.translation - graph.camera(k).translation).norm());
-  }
-  std::printf("burst: worst camera error %.2f mm\n", 1e3 * worst);
-  EXPECT_LT(worst, 0.02);
-  EXPECT_THAT(estimate.objects.front().T_world_object,
-              PoseNear(graph.objects[0], 2e-3, 0.2 * kDegree));
 }
 
 TEST(Mapper, PredictsAnObjectThatIsNotMeasured) {
@@ -210,69 +162,6 @@ TEST(Mapper, ObjectBridgesAGapInTheOdometry) {
   MapEstimate estimate;
   for (size_t k = 70; k < 120; ++k) estimate = feed(mapper, graph, k);
   EXPECT_THAT(estimate.T_world_camera, PoseNear(graph.camera(119), 2e-3, 0.3 * kDegree));
-}
-
-TEST(Mapper, RefusesWhatIsNotAMeasurement) {
-  const SyntheticGraph graph = makeGraph({.poses = 10}, 6);
-  Mapper mapper;
-  EXPECT_FALSE(mapper.addOdometry(graph.odometry[0]));  // not started
-  EXPECT_FALSE(mapper.addGap(1));
-  EXPECT_FALSE(mapper.addObject(graph.observations[0][0]));
-  for (size_t k = 0; k < 5; ++k) feed(mapper, graph, k);
-  const MapEstimate before = mapper.estimate();
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-
-  const auto refusesOdometry = [&](auto change) {
-    OdometryMeasurement m = graph.odometry[4];
-    change(m);
-    const AddResult result = mapper.addOdometry(m);
-    return !result.added && !result.reason.empty();
-  };
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.T_from_to.translation.x() = nan; }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.T_from_to.rotation.coeffs().setZero(); }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance(2, 2) = nan; }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance(2, 2) = -1; }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance(0, 1) = 1e-5; }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance.setZero(); }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.covariance *= 1e300; }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.health = 0; }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.health = nan; }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.from_ns += 1; }));
-  EXPECT_TRUE(refusesOdometry([&](auto& m) { m.to_ns = m.from_ns; }));
-
-  const auto refusesObject = [&](auto change) {
-    ObjectMeasurement m = graph.observations[4][0];
-    change(m);
-    const AddResult result = mapper.addObject(m);
-    return !result.added && !result.reason.empty();
-  };
-  EXPECT_TRUE(refusesObject([&](auto& m) { m.T_camera_object.translation.y() = nan; }));
-  EXPECT_TRUE(refusesObject([&](auto& m) { m.covariance(5, 5) = 0; }));
-  EXPECT_TRUE(refusesObject([&](auto& m) { m.covariance(5, 5) = nan; }));
-  EXPECT_TRUE(refusesObject([&](auto& m) { m.claimed = false; }));
-  EXPECT_TRUE(refusesObject([&](auto& m) { m.timestamp_ns += 1; }));
-  EXPECT_TRUE(refusesObject([&](auto& m) { m.object = "new", m.covariance(0, 0) = nan; }));
-
-  const MapEstimate after = mapper.estimate();
-  EXPECT_THAT(after.T_world_camera, PoseNear(before.T_world_camera, 1e-15, 1e-15));
-  EXPECT_EQ(after.objects.size(), before.objects.size());
-  EXPECT_FALSE(mapper.predict("new"));
-}
-
-TEST(Mapper, ExtremeCovariancesStayFinite) {
-  SyntheticGraph graph = makeGraph({.poses = 80, .noise = false}, 11);
-  for (size_t k = 0; k < graph.odometry.size(); ++k)
-    graph.odometry[k].covariance *= k % 2 ? 1e-12 : 1e10;
-  for (size_t k = 0; k < graph.observations.size(); ++k)
-    graph.observations[k][0].covariance *= k % 3 ? 1e-10 : 1e8;
-  Mapper mapper;
-  for (size_t k = 0; k < graph.truth.poses.size(); ++k) {
-    const MapEstimate estimate = feed(mapper, graph, k);
-    ASSERT_TRUE(estimate.T_world_camera.isFinite());
-    ASSERT_TRUE(estimate.objects[0].T_world_object.isFinite());
-    ASSERT_TRUE(estimate.objects[0].covariance.allFinite());
-  }
-  EXPECT_THAT(mapper.finish().T_world_camera, PoseNear(graph.camera(79), 1e-4, 1e-4));
 }
 
 TEST(Mapper, IsRepeatableToTheLastDigit) {
