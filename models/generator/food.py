@@ -120,17 +120,19 @@ def grain_of(length, width, degrees, seed, tone="#3c2a18", dark="#1a120a"):
     return shape
 
 
-def heap(rows, cols, make, count, reach, seed, background="#6b3f14", rise=6.0):
-    """Loose pieces filling a picture: make(random, index) -> shape; later pieces lie higher."""
+def heap(rows, cols, make, count, reach, seed, background="#6b3f14", rise=6.0, stack=0.0):
+    """Loose pieces filling a picture: make(random, index) -> shape. A piece lies up to 3 `rise`
+    pixels high at random, and `stack` pixels above the one before it."""
     random = rng(seed)
     r = Relief(rows, cols, colour(background))
-    # Stratified places, so that the ground is covered evenly.
-    side = max(1, int(math.sqrt(count * cols / rows)))
+    # Stratified places, so that the ground is covered evenly, in random order.
+    across = max(1, int(math.sqrt(count * cols / rows)))
+    down = max(1, count // across)
+    places = random.permutation(count)
     for k in range(count):
-        cx = (k % side + random.uniform(0, 1)) / side * cols
-        cy = ((k // side) % max(1, count // side) + random.uniform(0, 1)) / max(
-            1, count // side) * rows
-        r.put(cx, cy, reach, make(random, k), rise * random.uniform(0, 3))
+        cx = (places[k] % across + random.uniform(0, 1)) / across * cols
+        cy = ((places[k] // across) % down + random.uniform(0, 1)) / down * rows
+        r.put(cx, cy, reach, make(random, k), rise * random.uniform(0, 3) + stack * k)
     return r
 
 

@@ -28,13 +28,15 @@ ROWS = [("Energy", "1 510 kJ", "1 208 kJ"), ("", "356 kcal", "285 kcal"), ("Fat"
         ("Protein", "13 g", "10 g"), ("Salt", "0.01 g", "0.01 g")]
 
 
+def screw(random, index):
+    return fusilli(random.uniform(270, 330), random.uniform(54, 60), random.uniform(0, 360), index,
+                   "#fbdc92", "#d9a548")
+
+
 @lru_cache(maxsize=None)
 def pieces(kind):
     if kind == "window":
-        return heap(
-            900, 1060, lambda g, k: fusilli(g.uniform(270, 330), g.uniform(46, 54), g.uniform(
-                0, 360), k, "#fbdc92", "#dba850"), 230, 110, 81,
-            "#b07a34").picture(2, depth=55, ambient=0.68)
+        return heap(900, 1060, screw, 120, 200, 81, "#a06a28", 2, 1.0).picture(2, depth=40, ambient=0.6)
     r = Relief(700, 700)  # a dish from above
     yy, xx = np.mgrid[0:700, 0:700]
     d = np.hypot(xx - 350, yy - 350) / 340
