@@ -1,6 +1,8 @@
 #include "sim/simulator.h"
 
 #include <algorithm>
+#include <mutex>
+#include <vector>
 
 #include "core/errors.h"
 #include "sim/light_baker.h"
@@ -10,8 +12,9 @@
 namespace diorama {
 namespace {
 
-std::shared_ptr<const RenderScene> makeLitScene(const Scene& scene, WorkerPool& pool) {
+std::shared_ptr<const RenderScene> makeLitScene(const Scene& scene) {
   auto result = std::make_shared<RenderScene>(makeRenderScene(scene));
+  WorkerPool pool(0);  // baking takes seconds: all cores
   loadOrBakeLight(*result, LightBakerOptions{}, pool);
   return result;
 }
@@ -43,23 +46,26 @@ double meteredExposure(const Scene& scene, const std::shared_ptr<const RenderSce
 }  // namespace
 
 struct Simulator::State {
-  State(Scene s, RenderOptions options)
+  State(Scene s, RenderOptions o)
       : scene(std::move(s)),
         camera(scene.camera),
+        options(o),
         pool(options.threads),
-        lit(makeLitScene(scene, pool)),
-        renderer(lit, camera, options),
+        lit(makeLitScene(scene)),
         sensor(camera, scene.effects, meteredExposure(scene, lit), scene.seed) {}
 
+  RenderedFrame render(const ExposureMotion& motion);
   ExposureMotion motionDuring(int index) const;
   GroundTruth truthOf(int index, RenderedFrame rendered) const;
 
   Scene scene;
   Camera camera;
+  RenderOptions options;
   WorkerPool pool;
   std::shared_ptr<const RenderScene> lit;
-  RayRenderer renderer;
   Sensor sensor;
+  std::mutex mutex;
+  std::vector<std::unique_ptr<RayRenderer>> idle;  // as many as there were callers at once
 };
 
 Simulator::Simulator(Scene scene, RenderOptions options)
@@ -72,7 +78,7 @@ const Scene& Simulator::scene() const { return state_->scene; }
 
 FrameAndTruth Simulator::read(int index) {
   DIORAMA_CHECK(index >= 0 && index < frameCount());
-  RenderedFrame rendered = state_->renderer.render(state_->motionDuring(index));
+  RenderedFrame rendered = state_->render(state_->motionDuring(index));
 
   FrameAndTruth result;
   result.frame.index = index;
@@ -81,6 +87,23 @@ FrameAndTruth Simulator::read(int index) {
   result.frame.gray = toGray(result.frame.rgb);
   result.truth = state_->truthOf(index, std::move(rendered));
   return result;
+}
+
+// A renderer serves one caller at a time.
+RenderedFrame Simulator::State::render(const ExposureMotion& motion) {
+  std::unique_ptr<RayRenderer> renderer;
+  {
+    const std::lock_guard lock(mutex);
+    if (!idle.empty()) {
+      renderer = std::move(idle.back());
+      idle.pop_back();
+    }
+  }
+  if (!renderer) renderer = std::make_unique<RayRenderer>(lit, camera, options);
+  RenderedFrame frame = renderer->render(motion);
+  const std::lock_guard lock(mutex);
+  idle.push_back(std::move(renderer));
+  return frame;
 }
 
 ExposureMotion Simulator::State::motionDuring(int index) const {

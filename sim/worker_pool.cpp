@@ -19,6 +19,10 @@ WorkerPool::~WorkerPool() {
 }
 
 void WorkerPool::run(int count, const std::function<void(int)>& job) {
+  if (threads_.empty()) {  // nothing is shared: any number of callers
+    for (int i = 0; i < count; ++i) job(i);
+    return;
+  }
   {
     const std::lock_guard lock(mutex_);
     job_ = &job;

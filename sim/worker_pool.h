@@ -19,7 +19,7 @@ class WorkerPool {
   WorkerPool& operator=(const WorkerPool&) = delete;
 
   // Calls job(0) ... job(count - 1), each once, and returns when all are done. The caller works too.
-  // Jobs must not throw. One caller at a time.
+  // Jobs must not throw. One caller at a time, or any number when the pool has one thread.
   void run(int count, const std::function<void(int)>& job);
 
  private:
