@@ -70,7 +70,7 @@ constexpr std::array<LengthCode, 259> makeLengthCodes() {
   std::array<LengthCode, 259> codes{};
   uint16_t symbol = 257;
   for (size_t length = 3; length < 258; ++symbol) {
-    const uint8_t bits = symbol < 265 ? 0 : static_cast<uint8_t>((symbol - 261) / 4);
+    const uint8_t bits = static_cast<uint8_t>(symbol < 265 ? 0 : (symbol - 261) / 4);
     for (size_t extra = 0; extra < (size_t{1} << bits) && length < 258; ++extra, ++length)
       codes[length] = {symbol, bits, static_cast<uint8_t>(extra)};
   }
