@@ -49,14 +49,15 @@ void fill(RTCRay8& ray, const RayPacket& rays, Float8 t_min, Float8 t_max) {
 
 }  // namespace
 
-Bvh::Bvh(std::span<const Vector3f> corners, std::span<const uint32_t> indices)
+Bvh::Bvh(std::span<const Vector3f> corners, std::span<const uint32_t> indices, Traversal traversal)
     : handles_(std::make_unique<Handles>()) {
   // One thread: building is quick, and a user's threads stay his own.
   handles_->device = rtcNewDevice("threads=1,set_affinity=0");
   DIORAMA_CHECK(handles_->device != nullptr);
   handles_->scene = rtcNewScene(handles_->device);
   rtcSetSceneBuildQuality(handles_->scene, RTC_BUILD_QUALITY_HIGH);
-  rtcSetSceneFlags(handles_->scene, RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
+  if (traversal == Traversal::kWatertight)
+    rtcSetSceneFlags(handles_->scene, RTC_SCENE_FLAG_ROBUST);
   if (indices.empty()) {
     rtcCommitScene(handles_->scene);
     return;

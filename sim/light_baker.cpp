@@ -96,12 +96,14 @@ class Baker {
 
   float shadowPacket(const RectangleLight& light, const Vector3f& origin, const Vector3f& n,
                      uint32_t seed, int packet, int& open, int& hidden) const {
-    // Each packet covers a 4 x 2 (or 2 x 4) grid of cells with one shift for all.
-    const uint32_t bits = hash(seed + static_cast<uint32_t>(packet) * 0x9E3779B9u);
-    const float shift_a = fraction(bits), shift_b = fraction(hash(bits));
+    // A packet covers a 4 x 2 (or 2 x 4) grid of cells with one shift for all. Packets come in pairs
+    // with opposite shifts: what changes linearly over a cell cancels, and the light has no mottle.
+    const uint32_t bits = hash(seed + static_cast<uint32_t>(packet / 2) * 0x9E3779B9u);
+    const bool mirrored = packet % 2 == 1, wide = packet / 2 % 2 == 0;
+    const auto shift = [&](uint32_t b) { return mirrored ? 1 - fraction(b) : fraction(b); };
+    const float shift_a = shift(bits), shift_b = shift(hash(bits));
     Float8 a, b;
     for (int i = 0; i < 8; ++i) {
-      const bool wide = packet % 2 == 0;
       const int x = wide ? i % 4 : i % 2, y = wide ? i / 4 : i / 2;
       a[i] = 2 * (static_cast<float>(x) + shift_a) / (wide ? 4.f : 2.f) - 1;
       b[i] = 2 * (static_cast<float>(y) + shift_b) / (wide ? 2.f : 4.f) - 1;

@@ -73,9 +73,6 @@ class PlaneDepth {
   double height_ = 0;
 };
 
-// Two rows of four pixels from the lane order of a packet.
-Float8 inRows(Float8 v) { return __builtin_shuffle(v, Int8{0, 1, 4, 5, 2, 3, 6, 7}); }
-
 }  // namespace
 
 struct RayRenderer::State {
@@ -90,8 +87,7 @@ struct RayRenderer::State {
 
   void traceCenters(int tile, const CameraFrame& frame, Image<Radiance>* draft);
   void traceColors(int tile, const ExposureMotion& motion, Image<Radiance>& radiance) const;
-  void colorBlock(const PacketRays& packet, int half, int x, int y, const SamplePattern& pattern,
-                  bool edge, Image<Radiance>& radiance) const;
+  Vector8 colorPacket(const PacketRays& packet, const SamplePattern& pattern, bool edge) const;
   const SamplePattern& patternFor(int tile, const ExposureMotion& motion) const;
   double motionInTile(int tile, const SE3& begin, const SE3& middle, const SE3& end) const;
   void preparePatterns(const ExposureMotion& motion);
@@ -146,7 +142,7 @@ void RayRenderer::State::traceCenters(int tile, const CameraFrame& frame, Image<
       depth[lane] = planeDepth(triangle, packet.x[lane], packet.y[lane], hits.t[lane]);
       id[lane] = scene->triangles[triangle].instance;
     }
-    truth.put(x, y, inRows(depth), simd::asInt(inRows(simd::asFloat(id))));
+    truth.put(x, y, depth, id);
     if (draft == nullptr || packet.valid == 0) continue;
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
@@ -205,49 +201,42 @@ void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
     const PacketRays& packet = table.packet(tile, p);
     if (packet.valid == 0) continue;
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    for (int half = 0; half < 2; ++half) {
-      const int bx = x + 2 * half;
-      if ((packet.valid >> (4 * half) & 15) == 0) continue;
-      const bool edge = truth.hasEdge(bx, y, camera.width(), camera.height());
-      colorBlock(packet, half, bx, y, pattern, edge, radiance);
-    }
+    const bool edge = truth.hasEdge(x, y, camera.width(), camera.height());
+    const Vector8 color = colorPacket(packet, pattern, edge);
+    for (int lane = 0; lane < 8; ++lane)
+      if (packet.valid >> lane & 1)
+        radiance(x + laneX(lane), y + laneY(lane)) = {color.x[lane], color.y[lane], color.z[lane]};
   }
 }
 
-void RayRenderer::State::colorBlock(const PacketRays& packet, int half, int x, int y,
-                                    const SamplePattern& pattern, bool edge,
-                                    Image<Radiance>& radiance) const {
-  const Float8 cx = simd::load2(packet.x + 4 * half, packet.x + 4 * half),
-               cy = simd::load2(packet.y + 4 * half, packet.y + 4 * half);
-  const int block_bits = packet.valid >> (4 * half) & 15;
-  const Int8 valid = maskOfBits(block_bits | block_bits << 4);
+Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const SamplePattern& pattern,
+                                        bool edge) const {
+  const Float8 cx = simd::load(packet.x), cy = simd::load(packet.y);
+  const Int8 valid = maskOfBits(packet.valid);
   const Float8 pixel = splat(packet.pixel * pattern.footprint);
+  const float step = 1.f / static_cast<float>(pattern.base.size());
   Vector8 sum = simd::splat3(0, 0, 0);
   float dither = 0;
-  const float dither_step = 1.f / static_cast<float>(pattern.base.size());
-  const auto add = [&](const SamplePair& pair) {
-    const Float8 dx = cx + pair.du * packet.dx_du + pair.dv * packet.dx_dv;
-    const Float8 dy = cy + pair.du * packet.dy_du + pair.dv * packet.dy_dv;
-    const RayPacket rays{pair.origin, pair.axis_x * dx + pair.axis_y * dy + pair.axis_z};
-    const PacketHits hits = scene->bvh->closest(rays, valid, splat(0.f), true);
+  const auto add = [&](const PixelSample& s) {
+    const Float8 x = cx + (s.du * packet.dx_du + s.dv * packet.dx_dv);
+    const Float8 y = cy + (s.du * packet.dy_du + s.dv * packet.dy_dv);
+    const RayPacket rays{simd::splat3(s.origin), simd::splat3(s.axis_x) * x +
+                                                     simd::splat3(s.axis_y) * y +
+                                                     simd::splat3(s.axis_z)};
+    const PacketHits hits = scene->quick_bvh->closest(rays, valid, splat(0.f), true);
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
       const Surface surface = shading::surfaceAt<1>(*scene, rays, hits, pixel, dither);
       color = shading::radianceOf(*scene, rays, hits, surface);
     }
     sum = sum + color;
-    dither += dither_step;
+    dither += step;
   };
-  for (const SamplePair& pair : pattern.base) add(pair);
-  dither = 0.5f * dither_step;
-  if (edge)
-    for (const SamplePair& pair : pattern.extra) add(pair);
-  const float weight = 0.5f / static_cast<float>(pattern.base.size()) * (edge ? 0.5f : 1.f);
-  for (int k = 0; k < 4; ++k)
-    if (block_bits >> k & 1)
-      radiance(x + (k & 1), y + (k >> 1)) = {(sum.x[k] + sum.x[k + 4]) * weight,
-                                             (sum.y[k] + sum.y[k + 4]) * weight,
-                                             (sum.z[k] + sum.z[k + 4]) * weight};
+  for (const PixelSample& s : pattern.base) add(s);
+  if (!edge) return sum * splat(step);
+  dither = 0.5f * step;
+  for (const PixelSample& s : pattern.extra) add(s);
+  return sum * splat(0.5f * step);
 }
 
 }  // namespace diorama

@@ -135,6 +135,7 @@ void buildHierarchies(RenderScene& scene) {
   const std::span<const Vector3f> corners(scene.corners.data(), scene.corners.size() - 1);
   const std::span<const uint32_t> indices(scene.indices);
   scene.bvh.emplace(corners, indices);
+  scene.quick_bvh.emplace(corners, indices, Traversal::kQuick);
   for (SceneInstance& instance : scene.instances)
     if (instance.tracked)
       instance.alone.emplace(corners, indices.subspan(3 * instance.first_triangle,

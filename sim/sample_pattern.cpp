@@ -26,22 +26,10 @@ double stratum(int k, int factor, int count) {  // in [-0.5, 0.5]
   return (((k + 1) * factor % (count + 1)) - 0.5) / count - 0.5;
 }
 
-void setLanes(SamplePair& pair, int half, double du, double dv, const SE3& T_world_camera) {
-  const Matrix3d R = T_world_camera.rotationMatrix();
-  const Vector3d& o = T_world_camera.translation;
-  for (int lane = 4 * half; lane < 4 * half + 4; ++lane) {
-    pair.du[lane] = static_cast<float>(du);
-    pair.dv[lane] = static_cast<float>(dv);
-    const auto set = [lane](simd::Vector8& to, const Vector3d& v) {
-      to.x[lane] = static_cast<float>(v.x());
-      to.y[lane] = static_cast<float>(v.y());
-      to.z[lane] = static_cast<float>(v.z());
-    };
-    set(pair.origin, o);
-    set(pair.axis_x, R.col(0));
-    set(pair.axis_y, R.col(1));
-    set(pair.axis_z, R.col(2));
-  }
+PixelSample makeSample(double du, double dv, const SE3& T_world_camera) {
+  const Eigen::Matrix3f R = T_world_camera.rotationMatrix().cast<float>();
+  return {static_cast<float>(du), static_cast<float>(dv), T_world_camera.translation.cast<float>(),
+          R.col(0),               R.col(1),               R.col(2)};
 }
 
 }  // namespace
@@ -49,15 +37,11 @@ void setLanes(SamplePair& pair, int half, double du, double dv, const SE3& T_wor
 SamplePattern makeSamplePattern(int count, const ExposureMotion& motion) {
   const Factors f = factors(count);
   SamplePattern pattern;
-  pattern.base.resize(static_cast<size_t>(count / 2));
-  pattern.extra.resize(static_cast<size_t>(count / 2));
   for (int k = 0; k < count; ++k) {
     const double du = (k + 0.5) / count - 0.5, dv = stratum(k, f.row, count);
     const double moment = motion.blur ? stratum(k, f.moment, count) : 0;
-    const SE3 pose = motion.pose(moment);
-    setLanes(pattern.base[static_cast<size_t>(k / 2)], k % 2, du, dv, pose);
-    setLanes(pattern.extra[static_cast<size_t>(k / 2)], k % 2, -du, dv,
-             motion.blur ? motion.pose(-moment) : pose);
+    pattern.base.push_back(makeSample(du, dv, motion.pose(moment)));
+    pattern.extra.push_back(makeSample(-du, dv, motion.pose(-moment)));
   }
   pattern.footprint = count == 4 ? 0.6f : count == 8 ? 0.5f : 0.4f;
   return pattern;

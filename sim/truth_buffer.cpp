@@ -26,13 +26,13 @@ void TruthBuffer::put(int x, int y, simd::Float8 depth_m, simd::Int8 instance) {
 
 bool TruthBuffer::hasEdge(int x, int y, int width, int height) const {
   constexpr float kBend = 0.02f;  // of the inverse depth, per pixel squared
-  if (x < 1 || y < 1 || x + 3 > width || y + 3 > height) return true;  // border: no neighbours
+  if (x < 1 || y < 1 || x + 5 > width || y + 3 > height) return true;  // border: no neighbours
   const int* id = &instance_[at(x, y)];
   const float* z = &inverse_depth_[at(x, y)];
   int differs = 0;
   float bend = 0;
-  for (int k = 0; k < 4; ++k) {
-    const int offset = (k & 1) + (k >> 1) * stride_;
+  for (int k = 0; k < 8; ++k) {
+    const int offset = (k & 3) + (k >> 2) * stride_;
     const int center = id[offset];
     differs |= (center ^ id[offset - 1]) | (center ^ id[offset + 1]) |
                (center ^ id[offset - stride_]) | (center ^ id[offset + stride_]);
