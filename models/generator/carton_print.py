@@ -308,4 +308,4 @@ def draw_atlas():
     wear(c)
     c.rect(4 * PANEL, 0, 20, 272, "#efe6cf")
     cap_art(c)
-    return picture(mottled(c.array() * 0.955, 78, ink=1.6, paper=1.6))
+    return picture(mottled(c.array() * 0.93, 78, ink=1.6, paper=1.6))

@@ -217,7 +217,7 @@ def notebook_page():
         c.line(cx - 26 + 6 * k, cy + 42, cx - 20 + 6 * k, cy + 30, blue, 0.4)
     c.rect(143, 0, 12, 210,
            linear(143, 0, 155, 0, (0, (0, 0, 0, 0.0)), (0.5, (0, 0, 0, 0.3)), (1, (0, 0, 0, 0.0))))
-    return picture(mottled(c.array() * 0.95, 821, 0.9, 1.4))
+    return picture(mottled(c.array() * 0.89, 821, 0.9, 1.4))
 
 
 def notebook():
@@ -261,7 +261,7 @@ def sticky_notes():
     c.paragraph(83, 22, 62, "back at four - keys under the mug", 12, "note", 1.25, "#333333")
     c.curve([(10, 66), (30, 63), (60, 66)], None, "#b23a2a", 1.0)
     model = Model("sticky_notes")
-    model.images["notes.jpg"] = picture(mottled(c.array() * 0.95, 830, 1.0, 1.6))
+    model.images["notes.jpg"] = picture(mottled(c.array() * 0.90, 830, 1.0, 1.6))
     model.material("note", image="notes.jpg", ks=0.01, ns=8)
     model.material("block", kd=(0.62, 0.50, 0.10), ks=0.01, ns=8)
     model.add("block", box((0.076, 0.076, 0.018), 0.0006, "block"))

@@ -27,7 +27,7 @@ def pull_ring(mat, r):
 
 def mug_print():
     """256 x 96 mm around the mug: stoneware glaze, speckles, a drawn harbour."""
-    c = Canvas(256, 120, 1024, 512, "#e6dfd0")
+    c = Canvas(256, 120, 1024, 512, "#dcd5c6")
     random = rng(601)
     c.rect(0, 0, 256, 18, "#2f5566")
     c.curve([(0, 18), (30, 20), (70, 17), (120, 21), (170, 17.5), (215, 20), (256, 18), (256, 0),

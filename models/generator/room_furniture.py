@@ -237,10 +237,10 @@ def add_ceiling(model):
     for s in (-1, 1):
         parts.append(
             box((w + 0.08, 0.038, 0.05), 0.004, "aluminium").moved(y=s * (d / 2 + 0.02),
-                                                                   z=c[2] - 0.012))
+                                                                   z=c[2] + 0.0003))
         parts.append(
             box((0.038, d + 0.003, 0.05), 0.004, "aluminium").moved(x=s * (w / 2 + 0.02),
-                                                                    z=c[2] - 0.012))
+                                                                    z=c[2] + 0.0003))
         parts.append(
             tube([(s * 0.3, 0, c[2] + 0.015), (s * 0.3, 0, CEILING)], 0.004, "aluminium", seg=8))
     parts.append(box((w + 0.004, d + 0.004, 0.012), 0.0, "aluminium").moved(z=c[2] + 0.012))

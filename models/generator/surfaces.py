@@ -58,7 +58,7 @@ def desk_top(rows, cols, mm, seed):
     out = np.zeros((rows, cols, 3))
     for k in range(7):
         stave = wood(edges[k + 1] - edges[k], cols, mm, seed * 100 + 10 * k,
-                     ring_mm=random.uniform(4, 8), light="#c39b6b", dark="#84582f")
+                     ring_mm=random.uniform(4, 8), light="#cca676", dark="#8d6137")
         shift = np.array([1, random.uniform(0.97, 1.0), random.uniform(0.92, 1.0)])
         out[edges[k]:edges[k + 1]] = stave * random.uniform(0.9, 1.06) * shift
         out[edges[k]] *= 0.80
