@@ -177,7 +177,10 @@ class Baker {
       for (int i = 0; i < 8; ++i)
         if (hits.mask[i] && scene_.is_lamp[static_cast<size_t>(hits.triangle[i])])
           emission.x[i] = emission.y[i] = emission.z[i] = 0;
-      seen = simd::select(hits.mask, s.albedo * s.light + emission, seen);
+      // What touches a lamp is a small, very bright source that few rays find: cut, or all else is mottled.
+      const Float8 most = splat(options_.brightest_bounce * scene_.light.typical);
+      const Vector8 light{simd::min(s.light.x, most), simd::min(s.light.y, most), simd::min(s.light.z, most)};
+      seen = simd::select(hits.mask, s.albedo * light + emission, seen);
     }
     seen = simd::select(missed, simd::splat3(scene_.sky), seen);
     return {simd::sum(seen.x), simd::sum(seen.y), simd::sum(seen.z)};

@@ -19,6 +19,7 @@ struct LightBakerOptions {
   int bounces = 4;
   int bounce_rays = 16;             // per sample in all bounces but the last
   int last_bounce_rays = 128;
+  float brightest_bounce = 4;       // light that is bounced on, at most, times the scene's mean
   float surface_offset_m = 2e-4f;   // rays start this far above their surface
 };
 

@@ -88,7 +88,8 @@ struct RayRenderer::State {
   void traceCenters(int tile, const CameraFrame& frame, Image<Radiance>* draft);
   void traceColors(int tile, const ExposureMotion& motion, Image<Radiance>& radiance) const;
   Vector8 colorPacket(const PacketRays& packet, const SamplePattern& pattern, bool edge) const;
-  const SamplePattern& patternFor(int tile, const ExposureMotion& motion) const;
+  Vector8 colorOfTriangle(const PacketRays& packet, const SamplePattern& pattern,
+                          uint32_t triangle) const;
   double motionInTile(int tile, const SE3& begin, const SE3& middle, const SE3& end) const;
   void preparePatterns(const ExposureMotion& motion);
 
@@ -142,7 +143,9 @@ void RayRenderer::State::traceCenters(int tile, const CameraFrame& frame, Image<
       depth[lane] = planeDepth(triangle, packet.x[lane], packet.y[lane], hits.t[lane]);
       id[lane] = scene->triangles[triangle].instance;
     }
-    truth.put(x, y, depth, id);
+    const int first = hits.triangle[0];
+    const bool single = simd::bits(hits.mask & (hits.triangle == splat(first))) == 255;
+    truth.put(x, y, depth, id, single ? first : -1);
     if (draft == nullptr || packet.valid == 0) continue;
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
@@ -186,43 +189,51 @@ double RayRenderer::State::motionInTile(int tile, const SE3& begin, const SE3& m
   return longest;
 }
 
-const SamplePattern& RayRenderer::State::patternFor(int tile, const ExposureMotion& motion) const {
-  if (!motion.blur) return patterns[0];
-  const double way =
-      motionInTile(tile, exposure_poses[0], exposure_poses[1], exposure_poses[2]);
-  // About one sample for every 0.6 px of blur.
-  return patterns[way < 2.5 ? 0 : way < 6 ? 1 : 2];
-}
-
 void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
                                      Image<Radiance>& radiance) const {
-  const SamplePattern& pattern = patternFor(tile, motion);
+  const double way = motion.blur ? motionInTile(tile, exposure_poses[0], exposure_poses[1],
+                                                exposure_poses[2])
+                                 : 0;
+  const SamplePattern& pattern = patterns[way < 3.5 ? 0 : way < 8 ? 1 : 2];
+  // Samples stray from the pixel by half the way and half a pixel; packets are two rows high.
+  const int rows = static_cast<int>(std::ceil((way / 2 + 0.5) / 2 + 0.01));
+  const bool may_skip_traversal = way / 2 + 0.5 < 4;
   for (int p = 0; p < kPacketsPerTile; ++p) {
     const PacketRays& packet = table.packet(tile, p);
     if (packet.valid == 0) continue;
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    const bool edge = truth.hasEdge(x, y, camera.width(), camera.height());
-    const Vector8 color = colorPacket(packet, pattern, edge);
+    const int triangle = may_skip_traversal ? truth.commonTriangle(x, y, rows) : -1;
+    Vector8 color;
+    if (triangle >= 0)
+      color = colorOfTriangle(packet, pattern, static_cast<uint32_t>(triangle));
+    else
+      color = colorPacket(packet, pattern, truth.hasEdge(x, y, camera.width(), camera.height()));
     for (int lane = 0; lane < 8; ++lane)
       if (packet.valid >> lane & 1)
         radiance(x + laneX(lane), y + laneY(lane)) = {color.x[lane], color.y[lane], color.z[lane]};
   }
 }
 
+namespace {
+
+RayPacket raysOf(const PacketRays& packet, const PixelSample& s) {
+  const Float8 x = simd::load(packet.x) + (s.du * packet.dx_du + s.dv * packet.dx_dv);
+  const Float8 y = simd::load(packet.y) + (s.du * packet.dy_du + s.dv * packet.dy_dv);
+  return {simd::splat3(s.origin), simd::splat3(s.axis_x) * x + simd::splat3(s.axis_y) * y +
+                                      simd::splat3(s.axis_z)};
+}
+
+}  // namespace
+
 Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const SamplePattern& pattern,
                                         bool edge) const {
-  const Float8 cx = simd::load(packet.x), cy = simd::load(packet.y);
   const Int8 valid = maskOfBits(packet.valid);
   const Float8 pixel = splat(packet.pixel * pattern.footprint);
   const float step = 1.f / static_cast<float>(pattern.base.size());
   Vector8 sum = simd::splat3(0, 0, 0);
   float dither = 0;
-  const auto add = [&](const PixelSample& s) {
-    const Float8 x = cx + (s.du * packet.dx_du + s.dv * packet.dx_dv);
-    const Float8 y = cy + (s.du * packet.dy_du + s.dv * packet.dy_dv);
-    const RayPacket rays{simd::splat3(s.origin), simd::splat3(s.axis_x) * x +
-                                                     simd::splat3(s.axis_y) * y +
-                                                     simd::splat3(s.axis_z)};
+  const auto add = [&](const PixelSample& sample) {
+    const RayPacket rays = raysOf(packet, sample);
     const PacketHits hits = scene->quick_bvh->closest(rays, valid, splat(0.f), true);
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
@@ -232,11 +243,32 @@ Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const SamplePa
     sum = sum + color;
     dither += step;
   };
-  for (const PixelSample& s : pattern.base) add(s);
-  if (!edge) return sum * splat(step);
+  for (const PixelSample& sample : pattern.base) add(sample);
+  if (!edge || pattern.extra.empty()) return sum * splat(step);
   dither = 0.5f * step;
-  for (const PixelSample& s : pattern.extra) add(s);
+  for (const PixelSample& sample : pattern.extra) add(sample);
   return sum * splat(0.5f * step);
+}
+
+Vector8 RayRenderer::State::colorOfTriangle(const PacketRays& packet, const SamplePattern& pattern,
+                                            uint32_t triangle) const {
+  const Int8 valid = maskOfBits(packet.valid);
+  const Float8 pixel = splat(packet.pixel * pattern.footprint);
+  const float step = 1.f / static_cast<float>(pattern.base.size());
+  const shading::SingleTriangle plane(*scene, triangle);
+  TriangleLanes data;
+  data.emission = simd::splat3(0, 0, 0);
+  shading::spread(*scene, static_cast<int>(triangle), splat(-1), data);
+  Vector8 sum = simd::splat3(0, 0, 0);
+  float dither = 0;
+  for (const PixelSample& sample : pattern.base) {
+    const RayPacket rays = raysOf(packet, sample);
+    const PacketHits hits = plane.closest(rays, valid);
+    const Surface surface = shading::surfaceAt<1>(*scene, data, rays, hits, pixel, dither);
+    sum = sum + shading::radianceOf(*scene, rays, hits, surface);
+    dither += step;
+  }
+  return sum * splat(step);
 }
 
 }  // namespace diorama

@@ -41,7 +41,7 @@ SamplePattern makeSamplePattern(int count, const ExposureMotion& motion) {
     const double du = (k + 0.5) / count - 0.5, dv = stratum(k, f.row, count);
     const double moment = motion.blur ? stratum(k, f.moment, count) : 0;
     pattern.base.push_back(makeSample(du, dv, motion.pose(moment)));
-    pattern.extra.push_back(makeSample(-du, dv, motion.pose(-moment)));
+    if (count != 8) pattern.extra.push_back(makeSample(-du, dv, motion.pose(-moment)));
   }
   pattern.footprint = count == 4 ? 0.6f : count == 8 ? 0.5f : 0.4f;
   return pattern;

@@ -2,6 +2,8 @@
 // the light baker, and inlined into both.
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include "sim/bvh.h"
 #include "sim/render_scene.h"
 #include "sim/simd.h"
@@ -156,14 +158,40 @@ inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t,
   return {red * red, green * green, blue * blue};
 }
 
+// Rays that are known to meet one triangle need no traversal.
+class SingleTriangle {
+ public:
+  SingleTriangle(const RenderScene& scene, uint32_t triangle) : triangle_(static_cast<int>(triangle)) {
+    p0_ = scene.corner(triangle, 0);
+    const Vector3f e1 = scene.corner(triangle, 1) - p0_, e2 = scene.corner(triangle, 2) - p0_;
+    n_ = e1.cross(e2);
+    u_ = e2.cross(n_) / n_.squaredNorm();
+    v_ = n_.cross(e1) / n_.squaredNorm();
+  }
+  PacketHits closest(const RayPacket& rays, Int8 active) const {
+    const Vector8 n = simd::splat3(n_), p0 = simd::splat3(p0_);
+    PacketHits hits;
+    hits.t = dot(n, p0 - rays.origin) / dot(n, rays.direction);
+    const Vector8 d = rays.origin + rays.direction * hits.t - p0;
+    hits.u = dot(d, simd::splat3(u_));
+    hits.v = dot(d, simd::splat3(v_));
+    hits.normal = n;
+    hits.triangle = splat(triangle_);
+    hits.mask = active & (hits.t > 0.f);
+    return hits;
+  }
+
+ private:
+  int triangle_;
+  Vector3f p0_, n_, u_, v_;  // u = u_ . (p - p0), v alike
+};
+
 // `pixel` is the footprint's width per metre of t across the ray; `dither` in [0, 1) picks between
 // two mip levels, so that samples of one pixel together are trilinear. kTaps taps are spread along
-// the longer axis of the footprint.
+// the longer axis of the footprint. `t` is the data of the triangles that were hit.
 template <int kTaps>
-inline Surface surfaceAt(const RenderScene& scene, const RayPacket& rays, const PacketHits& hits,
-                         Float8 pixel, float dither) {
-  TriangleLanes t;
-  loadTriangles(scene, hits, t);
+inline Surface surfaceAt(const RenderScene& scene, const TriangleLanes& t, const RayPacket& rays,
+                         const PacketHits& hits, Float8 pixel, float dither) {
   Surface surface;
   surface.instance = t.instance;
   surface.specular = t.specular;
@@ -208,6 +236,14 @@ inline Surface surfaceAt(const RenderScene& scene, const RayPacket& rays, const 
   const Float8 length = simd::inverseSqrt(simd::max(dot(n, n), splat(1e-12f)));
   surface.normal = n * simd::select(cosine < 0.f, length, -length);
   return surface;
+}
+
+template <int kTaps>
+inline Surface surfaceAt(const RenderScene& scene, const RayPacket& rays, const PacketHits& hits,
+                         Float8 pixel, float dither) {
+  TriangleLanes t;
+  loadTriangles(scene, hits, t);
+  return surfaceAt<kTaps>(scene, t, rays, hits, pixel, dither);
 }
 
 // Share of a bell of half width w around a that lies within [-half, half].

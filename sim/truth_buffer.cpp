@@ -10,9 +10,11 @@ TruthBuffer::TruthBuffer(int padded_width, int padded_height)
     : stride_(padded_width),
       depth_(static_cast<size_t>(padded_width) * static_cast<size_t>(padded_height)),
       inverse_depth_(depth_.size()),
-      instance_(depth_.size()) {}
+      instance_(depth_.size()),
+      packet_triangle_(depth_.size() / 8) {}
 
-void TruthBuffer::put(int x, int y, simd::Float8 depth_m, simd::Int8 instance) {
+void TruthBuffer::put(int x, int y, simd::Float8 depth_m, simd::Int8 instance, int triangle) {
+  packet_triangle_[static_cast<size_t>(y / 2 * (stride_ / 4) + x / 4)] = triangle;
   const simd::Float8 inverse = simd::select(depth_m > 0.f, 1.f / depth_m, simd::splat(0.f));
   for (int row = 0; row < 2; ++row) {
     const auto copy = [row](auto* to, const auto& v) {
@@ -41,6 +43,18 @@ bool TruthBuffer::hasEdge(int x, int y, int width, int height) const {
                      std::abs(z[offset - stride_] + z[offset + stride_] - 2 * c)});
   }
   return differs != 0 || bend > kBend * z[0];
+}
+
+int TruthBuffer::commonTriangle(int x, int y, int rows) const {
+  const int columns = stride_ / 4, all_rows = static_cast<int>(packet_triangle_.size()) / columns;
+  const int column = x / 4, row = y / 2;
+  if (column < 1 || column + 1 >= columns || row < rows || row + rows >= all_rows) return -1;
+  const int* center = &packet_triangle_[static_cast<size_t>(row * columns + column)];
+  const int triangle = *center;
+  for (int r = -rows; r <= rows; ++r)
+    for (int c = -1; c <= 1; ++c)
+      if (center[r * columns + c] != triangle) return -1;
+  return triangle;
 }
 
 void TruthBuffer::copyTo(RenderedFrame& frame, int width, int height) const {
