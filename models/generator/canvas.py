@@ -10,11 +10,10 @@ from PIL import Image
 
 FONTS = {
     "sans": "Lato", "light": "Lato Light", "medium": "Lato Medium", "heavy": "Lato Heavy",
-    "black": "Lato Black", "slab": "Roboto Slab",
-    "display": "Bebas Neue", "brush": "Kaushan Script", "lobster": "Lobster Two",
-    "serif": "EB Garamond", "hand": "Breip", "note": "DkgHandwriting", "script": "Kristi",
-    "round": "Quicksand", "narrow": "Yanone Kaffeesatz",
-    "mono": "DejaVu Sans Mono", "ocr": "OCR B"
+    "black": "Lato Black", "slab": "Roboto Slab", "display": "Bebas Neue",
+    "brush": "Kaushan Script", "lobster": "Lobster Two", "serif": "EB Garamond", "hand": "Breip",
+    "note": "DkgHandwriting", "script": "Kristi", "round": "Quicksand",
+    "narrow": "Yanone Kaffeesatz", "mono": "DejaVu Sans Mono", "ocr": "OCR B"
 }
 
 

@@ -189,8 +189,7 @@ def draw_tea(c, rects):
                 "Grown above the mist line, withered in bamboo trays and rolled by hand. "
                 "One bag per cup, water "
                 "just off the boil, two to three minutes: the liquor is pale gold and smells "
-                "of hay and lemon.",
-                3.5, "serif", fill="#2a3a34")
+                "of hay and lemon.", 3.5, "serif", fill="#2a3a34")
             ean13(c, x + 14, y + 68, 34, 20, "690112358132")
             recycling(c, x + w - 28, y + 76, 5, "#20463f", "21", "PAP")
     for name in ("right", "left"):

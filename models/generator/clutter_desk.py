@@ -177,7 +177,8 @@ def mouse():
 def monitor():
     model = Model("monitor")
     model.images["screen.jpg"] = screen()
-    model.material("screen", image="screen.jpg", kd=(0.7, 0.7, 0.7), ke=(0.9, 0.95, 1.0), ks=0.03, ns=120)
+    model.material("screen", image="screen.jpg", kd=(0.7, 0.7, 0.7), ke=(0.9, 0.95, 1.0), ks=0.03,
+                   ns=120)
     model.material("bezel", kd=(0.02, 0.02, 0.022), ks=0.04, ns=60)
     model.material("stand", kd=(0.33, 0.33, 0.34), ks=0.2, ns=60)
     model.material("led", ke=(0.1, 0.35, 0.8), ks=0.02)

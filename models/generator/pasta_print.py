@@ -36,7 +36,8 @@ def screw(random, index):
 @lru_cache(maxsize=None)
 def pieces(kind):
     if kind == "window":
-        return heap(900, 1060, screw, 120, 200, 81, "#a06a28", 2, 1.0).picture(2, depth=40, ambient=0.6)
+        return heap(900, 1060, screw, 120, 200, 81, "#a06a28", 2,
+                    1.0).picture(2, depth=40, ambient=0.6)
     r = Relief(700, 700)  # a dish from above
     yy, xx = np.mgrid[0:700, 0:700]
     d = np.hypot(xx - 350, yy - 350) / 340

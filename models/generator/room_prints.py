@@ -268,7 +268,7 @@ def world_map():
 
 
 def garden():
-    """View out of the window, out of focus: sky, trees, a roof, a hedge. Square."""
+    """View out of the window, out of focus: sky, trees, a roof, a hedge; glazing bars. Square."""
     n = 512
     y = np.linspace(0, 1, n)[:, None] * np.ones((1, n))
     x = np.linspace(0, 1, n)[None, :] * np.ones((n, 1))
@@ -290,4 +290,12 @@ def garden():
             out = np.where(roof[..., None], colour("#9a5a42"), out)
     hedge = blend(colour("#2f4a2a"), colour("#5f7f3d"), 0.5 + 0.4 * fbm(n, n, 50, 338, 3))
     out = blend(out, hedge, smoothstep(0.80, 0.82, y))
-    return picture(blur(out, 2, wrap=False))
+    out = 255 * (blur(out, 2, wrap=False) / 255)**1.6  # leaves are far darker than the sky
+    # Glazing bars, against the light. As solids they would stand right before the emitter.
+    for d, half in ((np.abs(x - 0.5), 0.0227), (np.abs(y - 0.3545), 0.0136)):
+        bar = blend(colour("#7d8083"), colour("#c4c7ca"), smoothstep(0.55, 1.0, d / half))
+        out = np.where((d < half)[..., None], bar, out)
+    handle = (np.abs(x - 0.535) < 0.045) & (np.abs(y - 0.56) < 0.010)
+    return picture(
+        np.where(handle[..., None],
+                 colour("#5a5c5e") * (1.2 - 12 * np.abs(y - 0.555))[..., None], out))

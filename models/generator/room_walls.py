@@ -56,7 +56,7 @@ PICTURES = {
                                                                             1.40, 0.90, None),
     "elements": ("south", -0.95, 0.66, 0.90, 0.60, None), "planet": ("west", -1.55, 0.60, 0.50,
                                                                      0.70, "oak_frame"),
-    "botanical": ("west", 1.42, 0.62, 0.40, 0.50, "white_frame"),
+    "botanical": ("west", 1.60, 0.62, 0.40, 0.50, "white_frame"),
     "swiss": ("east", 0.44, 0.62, 0.50, 0.70, "white_frame"), "camera": ("south", -1.85, 0.62, 0.60,
                                                                          0.80, "black_frame")
 }
@@ -119,8 +119,7 @@ def add_boards(model):
         on_wall(
             join(frame(1.2, 0.9, 0.018, 0.02, "aluminium"),
                  board(1.21, 0.91, 0.012, "whiteboard", 0.0), tray, pens), "east", -0.62, 0.58))
-    model.add("calendar", on_wall(board(0.30, 0.45, 0.004, "calendar", 0.0005), "west", -0.98,
-                                  0.55))
+    model.add("calendar", on_wall(board(0.30, 0.45, 0.004, "calendar", 0.0005), "west", -1.1, 0.52))
     ring = turned([(0.145, 0.001), (0.165, 0.001), (0.165, 0.035), (0.149, 0.045), (0.145, 0.02)],
                   [0, 0.004, 0.01, 0.003, 0], "black_frame", seg=48).rotated("x", 90)
     model.add("clock",
@@ -135,17 +134,14 @@ def add_window(model):
     y0, z0 = WINDOW_LIGHT["center"][1], WINDOW_LIGHT["center"][2]
     s = 1.10
     parts = frame(s, s, 0.075, 0.075, "white_paint")
-    parts.append(board(0.05, s + 0.01, 0.03, "white_paint", 0.003).moved(y=-0.041))
-    parts.append(board(s + 0.01, 0.03, 0.022, "white_paint", 0.003).moved(y=-0.043, z=0.16))
-    parts.append(box((0.12, 0.018, 0.022), 0.004, "aluminium").moved(0.03, -0.083, -0.06))
     sill = box((s + 0.36, 0.22, 0.035), 0.004, "white_paint", seg=2).moved(y=-0.11, z=-s / 2 - 0.11)
     model.add("window_frame", on_wall(join(parts, sill), "west", y0, z0))
-    rod = tube([(-1.0, -0.12, 0.74), (1.0, -0.12, 0.74)], 0.012, "black_frame", seg=10)
+    rod = tube([(-1.08, -0.12, 0.74), (1.08, -0.12, 0.74)], 0.012, "black_frame", seg=10)
     knobs = [
         turned([(0, -0.024), (0.024, 0), (0, 0.024)], [0, 0.012, 0], "black_frame",
-               seg=12).moved(s_ * 1.015, -0.12, 0.74) for s_ in (-1, 1)
+               seg=12).moved(s_ * 1.095, -0.12, 0.74) for s_ in (-1, 1)
     ]
-    curtains = [curtain(-0.98, -0.60, 1), curtain(0.60, 0.98, 2)]
+    curtains = [curtain(-1.05, -0.70, 1), curtain(0.70, 1.05, 2)]
     model.add("curtains", on_wall(join(rod, knobs, curtains), "west", y0, z0))
 
 

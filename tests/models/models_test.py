@@ -95,7 +95,7 @@ def check(folder):
     vertices, normals, parts = read_obj(folder / f"{folder.name}.obj")
     yield from check_materials(folder)
     if (folder / "environment.yaml").is_file():
-        return                       # walls and posters are open surfaces
+        return  # walls and posters are open surfaces
     low = [min(v[k] for v in vertices) for k in range(3)]
     high = [max(v[k] for v in vertices) for k in range(3)]
     if abs(low[2]) > 0.001:
@@ -104,7 +104,7 @@ def check(folder):
         yield f"has an odd size or place: {low} to {high}"
     for name, faces in parts.items():
         if len(faces) == 1:
-            continue                 # a display
+            continue  # a display
         if open_edges(faces):
             yield f"part {name} has {open_edges(faces)} open edges"
         elif volume(vertices, faces) <= 0:
