@@ -293,9 +293,9 @@ def garden():
     out = 255 * (blur(out, 2, wrap=False) / 255)**1.6  # leaves are far darker than the sky
     # Glazing bars, against the light. As solids they would stand right before the emitter.
     for d, half in ((np.abs(x - 0.5), 0.0227), (np.abs(y - 0.3545), 0.0136)):
-        bar = blend(colour("#7d8083"), colour("#c4c7ca"), smoothstep(0.55, 1.0, d / half))
+        bar = blend(colour("#45474a"), colour("#85888b"), smoothstep(0.55, 1.0, d / half))
         out = np.where((d < half)[..., None], bar, out)
     handle = (np.abs(x - 0.535) < 0.045) & (np.abs(y - 0.56) < 0.010)
     return picture(
         np.where(handle[..., None],
-                 colour("#5a5c5e") * (1.2 - 12 * np.abs(y - 0.555))[..., None], out))
+                 colour("#303234") * (1.2 - 12 * np.abs(y - 0.555))[..., None], out))
