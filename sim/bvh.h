@@ -23,12 +23,18 @@ struct PacketHits {
   simd::Int8 mask;       // lanes that hit something
 };
 
+enum class Traversal {
+  kWatertight,  // no ray slips between two triangles
+  kQuick        // a quarter less time; one ray in some millions may slip through
+};
+
 // Calls are const and thread-safe. Packets whose rays run nearly alike should be marked coherent.
 class Bvh {
  public:
   // Corners and index triples stay referenced: they must outlive the hierarchy. The corners' storage
   // must have one spare element behind its end (Embree reads 16 bytes of the last one).
-  Bvh(std::span<const Vector3f> corners, std::span<const uint32_t> indices);
+  Bvh(std::span<const Vector3f> corners, std::span<const uint32_t> indices,
+      Traversal traversal = Traversal::kWatertight);
   ~Bvh();
   Bvh(Bvh&&) noexcept;
   Bvh& operator=(Bvh&&) noexcept;

@@ -136,13 +136,15 @@ std::vector<Vector3f> smoothed(const LightGrid& grid, const std::vector<Vector3f
   std::vector<float> weight(values.size(), 0);
   for (size_t k = 0; k < grid.resolution.size(); ++k) {
     const int r = grid.resolution[k];
-    if (r < 2) continue;  // triangles as small as the spacing: their neighbours may face elsewhere
     for (int j = 0; j <= r; ++j)
       for (int i = 0; i + j <= r; ++i) {
         const uint32_t p = grid.point(k, i, j);
         forNeighbours(i, j, r, [&](int a, int b) {
-          sum[p] += values[grid.point(k, a, b)];
-          weight[p] += 1;
+          const uint32_t q = grid.point(k, a, b);
+          const float alike = std::max(0.f, grid.normals[p].dot(grid.normals[q]));
+          const float w = alike * alike * alike * alike;  // what faces elsewhere sees another light
+          sum[p] += w * values[q];
+          weight[p] += w;
         });
       }
   }

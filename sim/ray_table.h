@@ -1,5 +1,5 @@
 // The directions of a camera's rays, in an order that suits packets of eight: tiles of 32 x 32
-// pixels, in them packets of 4 x 2 pixels, in them two blocks of 2 x 2.
+// pixels, in them packets of 4 x 2 pixels.
 #pragma once
 
 #include <vector>
@@ -15,8 +15,8 @@ constexpr int kPacketHeight = 2;
 constexpr int kPacketsPerTile = kTileSize * kTileSize / 8;
 
 // Pixel of a lane relative to its packet's first.
-constexpr int laneX(int lane) { return (lane & 1) + 2 * (lane >> 2); }
-constexpr int laneY(int lane) { return (lane >> 1) & 1; }
+constexpr int laneX(int lane) { return lane & 3; }
+constexpr int laneY(int lane) { return lane >> 2; }
 
 struct PacketRays {
   float x[8], y[8];        // direction (x, y, 1) of each pixel's centre, camera frame

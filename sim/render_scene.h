@@ -71,7 +71,8 @@ struct RenderScene {
   TextureAtlas textures;
   Vector3f sky = Vector3f::Zero();  // radiance of what no surface hides
   LightMap light;
-  std::optional<Bvh> bvh;
+  std::optional<Bvh> bvh;        // for truth and for baking
+  std::optional<Bvh> quick_bvh;  // for colours
 
   Vector3f corner(uint32_t triangle, int k) const {
     return corners[indices[3 * triangle + static_cast<uint32_t>(k)]];

@@ -3,21 +3,20 @@
 
 #include <vector>
 
+#include "core/types.h"
 #include "sim/renderer.h"
-#include "sim/simd.h"
 
 namespace diorama {
 
-// Two samples of a 2 x 2 block of pixels: lanes 0-3 belong to the first, 4-7 to the second.
-struct SamplePair {
-  simd::Float8 du, dv;                         // from the pixel centre, px
-  simd::Vector8 origin;                        // of the camera, world, m
-  simd::Vector8 axis_x, axis_y, axis_z;        // of the camera, world
+struct PixelSample {
+  float du = 0, dv = 0;  // from the pixel centre, px
+  Vector3f origin;       // of the camera at the sample's moment, world, m
+  Vector3f axis_x, axis_y, axis_z;
 };
 
 struct SamplePattern {
-  std::vector<SamplePair> base;   // for every pixel
-  std::vector<SamplePair> extra;  // as many again, for blocks with an edge
+  std::vector<PixelSample> base;   // for every pixel
+  std::vector<PixelSample> extra;  // as many again, where there is an edge
   float footprint = 1;            // of one sample, px
 };
 

@@ -14,7 +14,7 @@ using simd::Float8;
 using simd::Int8;
 
 constexpr int kQuantiles = 4096;
-constexpr double kBrightGrey = 0.26;  // of the full well, for the 80th percentile
+constexpr double kBrightGrey = 0.16;  // of the full well, for the 80th percentile
 constexpr double kResponseGain = 2.2;  // light at full well on the scale of the curve's fit
 
 // Inverse of the normal distribution's CDF at the middle of each of kQuantiles equal shares.
