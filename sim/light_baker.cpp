@@ -42,7 +42,7 @@ class Baker {
     std::vector<int> fine = chooseResolutions(scene_, options_.spacing_m, options_.spacing_growth,
                                               options_.max_samples);
     std::vector<int> coarse = fine;
-    for (int& r : coarse) r = (r + 1) / 2;  // bounced light has no sharp edges
+    for (int& r : coarse) r = (r + 2) / 3;  // bounced light has no sharp edges
     direct_grid_ = makeLightGrid(scene_, std::move(fine));
     bounce_grid_ = makeLightGrid(scene_, std::move(coarse));
     for (size_t k = 0; k < scene_.triangles.size(); ++k) {
@@ -134,7 +134,7 @@ class Baker {
       buried[p] = back_faces * 4 > rays;  // inside another solid
     });
     refill(bounce_grid_, buried, next);
-    bounced_ = smoothed(bounce_grid_, next);
+    bounced_ = smoothed(bounce_grid_, last ? smoothed(bounce_grid_, next) : next);
     publish();
   }
 
@@ -177,10 +177,7 @@ class Baker {
       for (int i = 0; i < 8; ++i)
         if (hits.mask[i] && scene_.is_lamp[static_cast<size_t>(hits.triangle[i])])
           emission.x[i] = emission.y[i] = emission.z[i] = 0;
-      // What touches a lamp is a small, very bright source that few rays find: cut, or all else is mottled.
-      const Float8 most = splat(options_.brightest_bounce * scene_.light.typical);
-      const Vector8 light{simd::min(s.light.x, most), simd::min(s.light.y, most), simd::min(s.light.z, most)};
-      seen = simd::select(hits.mask, s.albedo * light + emission, seen);
+      seen = simd::select(hits.mask, s.albedo * s.light + emission, seen);
     }
     seen = simd::select(missed, simd::splat3(scene_.sky), seen);
     return {simd::sum(seen.x), simd::sum(seen.y), simd::sum(seen.z)};

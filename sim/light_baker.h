@@ -18,8 +18,7 @@ struct LightBakerOptions {
   int shadow_rays = 32;             // per light and sample, where a light is partly hidden
   int bounces = 4;
   int bounce_rays = 16;             // per sample in all bounces but the last
-  int last_bounce_rays = 128;
-  float brightest_bounce = 4;       // light that is bounced on, at most, times the scene's mean
+  int last_bounce_rays = 256;
   float surface_offset_m = 2e-4f;   // rays start this far above their surface
 };
 

@@ -12,7 +12,7 @@
 namespace diorama {
 namespace {
 
-constexpr uint64_t kVersion = 3;  // of the baker and the file; a change makes old files unknown
+constexpr uint64_t kVersion = 5;  // of the baker and the file; a change makes old files unknown
 constexpr char kMagic[8] = {'D', 'I', 'O', 'L', 'I', 'G', 'H', 'T'};
 
 // Two 64-bit mixing chains over whole words: quick, and without an adversary good enough.
