@@ -56,9 +56,9 @@ class Gatherer {
       : model_(model), lever_m_(leverOf(model)), distance_(model) {}
 
   void add(const ObjectFrame& frame) {
-    if (!frame.truth) return;
     reported_.add(frame.reported.has_value());
     claimed_.add(frame.claimed);
+    if (!frame.truth) return;
     addReported(frame);
     if (frame.claimed && frame.raw) addClaimed(frame);
   }

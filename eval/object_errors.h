@@ -12,7 +12,7 @@ namespace diorama {
 
 // What was said about the object in one frame, and what is true.
 struct ObjectFrame {
-  std::optional<SE3> truth;     // T_camera_object; a frame without it is not evaluated
+  std::optional<SE3> truth;     // T_camera_object; a frame without it has no errors
   std::optional<SE3> reported;  // the method's estimate of T_camera_object without hindsight
   bool claimed = false;         // the tracker says that it holds the object
   std::optional<SE3> raw;       // the tracker's own T_camera_object, before any gate
