@@ -20,7 +20,9 @@ OutputState prepareOutput(const OutputRequest& request) {
                           "was made with other options; choose another -o, or delete it");
       if (fs::exists(request.folder / request.marker_file)) return OutputState::kComplete;
       if (!request.resume)
-        throw OutputError(request.folder, "is incomplete; go on with --resume, or delete it");
+        throw OutputError(request.folder, request.resumable
+                                              ? "is incomplete; go on with --resume, or delete it"
+                                              : "is incomplete; delete it");
       return OutputState::kResumed;
     }
   }

@@ -12,7 +12,8 @@ struct OutputRequest {
   std::string recipe_file;  // holds the recipe, written first
   std::string marker_file;  // written last: the folder is complete
   std::string recipe;
-  bool resume = false;  // go on with an incomplete folder of the same recipe
+  bool resumable = false;  // an incomplete folder can be gone on with ...
+  bool resume = false;     // ... and is to be
 };
 
 enum class OutputState { kComplete, kFresh, kResumed };

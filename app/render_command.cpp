@@ -80,8 +80,9 @@ int render(const RenderArguments& arguments) {
   const std::vector<int> frames = framesOf(
       parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames), scene.frameCount());
   const RenderOptions options{parseQuality(arguments.quality), 1};
-  const OutputRequest request{arguments.output, "render.yaml", "manifest.csv",
-                              recipe(arguments, scene, frames), arguments.resume};
+  const OutputRequest request{
+      arguments.output, "render.yaml", "manifest.csv", recipe(arguments, scene, frames), true,
+      arguments.resume};
   if (prepareOutput(request) != OutputState::kComplete) {
     Simulator simulator(scene, options);
     SequenceWriter writer(arguments.output, scene, {frames.front(), frames.back() + 1});

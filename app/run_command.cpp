@@ -69,6 +69,8 @@ double peakMemoryMb() {
 
 int reportMetrics(const RunArguments& arguments, const Metrics& metrics) {
   std::fputs(formatMetrics(metrics).c_str(), stdout);
+  if (!arguments.no_video)
+    std::printf("overlay: %s\n", (fs::path(arguments.output) / "overlay.mp4").c_str());
   int code = kExitDone;
   for (const std::string& text : arguments.expects) {
     const std::string missed = Expectation(text).missed(metrics);
@@ -85,25 +87,39 @@ std::vector<Mesh> meshesOf(const std::vector<ObjectModel>& models) {
   return meshes;
 }
 
+// What works on the frames; made before anything is written, so that what is wrong with the input
+// is said first.
+struct Session {
+  Session(const RunArguments& arguments, const RunInput& input, int first_frame,
+          const RunOptions& options)
+      : method(parseMethod(arguments.method)),
+        models(modelsOf(input)),
+        rays(std::make_shared<const EmbreeRayQuery>(meshesOf(models))),
+        pipeline(method, makeObjects(arguments, input, first_frame, options, rays),
+                 method == Method::kEbt ? nullptr : makeOdometry(arguments, input), options.mapper),
+        recorder(method, models),
+        painter(input.source->camera(), models, rays) {}
+
+  Method method;
+  std::vector<ObjectModel> models;
+  std::shared_ptr<const RayQuery> rays;
+  Pipeline pipeline;
+  RunRecorder recorder;
+  OverlayPainter painter;
+};
+
 // The loop: frames in, measurements and estimates out, truth only to the recorder.
 Metrics processFrames(const RunArguments& arguments, const RunInput& input,
-                      const std::vector<int>& frames, const RunOptions& options) {
+                      const std::vector<int>& frames, Session& session) {
   const Stopwatch watch;
-  const Method method = parseMethod(arguments.method);
-  const std::vector<ObjectModel> models = modelsOf(input);
-  const auto rays = std::make_shared<const EmbreeRayQuery>(meshesOf(models));
-  Pipeline pipeline(method, makeObjects(arguments, input, frames.front(), options, rays),
-                    method == Method::kEbt ? nullptr : makeOdometry(arguments, input),
-                    options.mapper);
-  RunRecorder recorder(method, models);
   const Camera& camera = input.source->camera();
-  const OverlayPainter painter(camera, models, rays);
   const fs::path folder = arguments.output;
   std::optional<VideoWriter> video;
   if (!arguments.no_video)
     video.emplace(folder / "overlay.mp4", camera.width(), camera.height(),
                   input.rate_hz / arguments.every);
 
+  RunRecorder& recorder = session.recorder;
   Prefetcher prefetcher(*input.source, frames, workerCount());
   Progress progress("tracking", static_cast<int>(frames.size()));
   for (size_t i = 0; i < frames.size(); ++i) {
@@ -111,16 +127,16 @@ Metrics processFrames(const RunArguments& arguments, const RunInput& input,
     FrameAndTruth next = prefetcher.next();
     next.frame.index =
         static_cast<int>(i);  // the same for a scene and for the sequence made from it
-    const FrameResult result = pipeline.process(next.frame);
+    const FrameResult result = session.pipeline.process(next.frame);
     recorder.add(frames[i], next.frame.timestamp_ns, result, next.truth);
     if (video)
-      video->add(painter.paint(next.frame,
-                               arguments.method + "  frame " + std::to_string(frames[i]),
-                               overlayObjects(recorder, result, next.truth)));
+      video->add(session.painter.paint(next.frame,
+                                       arguments.method + "  frame " + std::to_string(frames[i]),
+                                       overlayObjects(recorder, result, next.truth)));
     progress.update(static_cast<int>(i + 1), progressDetail(recorder, result, next.truth));
   }
 
-  const Pipeline::Final final = pipeline.finish();
+  const Pipeline::Final final = session.pipeline.finish();
   recorder.write(folder, final);
   if (video) video->finish();
   Metrics metrics = recorder.metrics(final);
@@ -134,6 +150,19 @@ Metrics processFrames(const RunArguments& arguments, const RunInput& input,
   metrics.timing.dropped_frames = 0;
   metrics.peak_memory_mb = peakMemoryMb();
   return metrics;
+}
+
+// A run that fails leaves its folder as it was before.
+Metrics processOrUndo(const RunArguments& arguments, const RunInput& input,
+                      const std::vector<int>& frames, Session& session) {
+  try {
+    return processFrames(arguments, input, frames, session);
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(fs::path(arguments.output) / "run.yaml", ignored);
+    fs::remove(arguments.output, ignored);  // when nothing is in it
+    throw;
+  }
 }
 
 int run(const RunArguments& arguments) {
@@ -150,18 +179,17 @@ int run(const RunArguments& arguments) {
   const RunInput input =
       openInput(arguments.input, range.begin, sets.scene, {parseQuality(arguments.quality), 1});
   const std::vector<int> frames = framesOf(range, input.source->frameCount(), arguments.every);
+  Session session(arguments, input, frames.front(), options);
 
   const fs::path folder = arguments.output;
   const fs::path metrics_file = folder / "metrics.json";
-  const OutputRequest request{folder, "run.yaml", "metrics.json",
-                              recipe(arguments, input, frames, options)};
+  OutputRequest request{folder, "run.yaml", "metrics.json",
+                        recipe(arguments, input, frames, options)};
   if (prepareOutput(request) == OutputState::kComplete)
     return reportMetrics(arguments, metricsFromJson(metrics_file));
-  const Metrics metrics = processFrames(arguments, input, frames, options);
+  const Metrics metrics = processOrUndo(arguments, input, frames, session);
   writeFileAtomically(metrics_file, toJson(metrics));
-  const int code = reportMetrics(arguments, metrics);
-  if (!arguments.no_video) std::printf("overlay: %s\n", (folder / "overlay.mp4").c_str());
-  return code;
+  return reportMetrics(arguments, metrics);
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ Method parseMethod(const std::string& name) {
 }
 
 void checkSupported(const RunArguments& arguments) {
+  parseMethod(arguments.method);
   if (arguments.initial != "given")
     throw UsageError("--initial " + arguments.initial + ": possible: given");
   if (arguments.tracker != "edge")

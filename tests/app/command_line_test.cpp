@@ -61,7 +61,7 @@ TEST(CommandLine, MissingAndBadInput) {
   expectOneLine(runDiorama({"render", scene, "-o", out, "--set", "camera.widht=640"}, folder),
                 kExitBadData, "width");
   expectOneLine(runDiorama({"render", scene, "-o", out, "--set", "camera.width=0"}, folder),
-                kExitBadData, "size");
+                kExitBadData, "between 1 and 16384");
   expectOneLine(runDiorama({"run", scene, "-o", out, "--set", "tracker.max_sample=9"}, folder),
                 kExitBadData, "max_samples");
   expectOneLine(runDiorama({"run", folder.path().string(), "-o", out}, folder), kExitMissingInput,
