@@ -56,8 +56,7 @@ Bvh::Bvh(std::span<const Vector3f> corners, std::span<const uint32_t> indices, T
   DIORAMA_CHECK(handles_->device != nullptr);
   handles_->scene = rtcNewScene(handles_->device);
   rtcSetSceneBuildQuality(handles_->scene, RTC_BUILD_QUALITY_HIGH);
-  if (traversal == Traversal::kWatertight)
-    rtcSetSceneFlags(handles_->scene, RTC_SCENE_FLAG_ROBUST);
+  if (traversal == Traversal::kWatertight) rtcSetSceneFlags(handles_->scene, RTC_SCENE_FLAG_ROBUST);
   if (indices.empty()) {
     rtcCommitScene(handles_->scene);
     return;
@@ -93,7 +92,8 @@ PacketHits Bvh::closest(const RayPacket& rays, Int8 active, Float8 t_min, bool c
   hits.t = simd::load(query.ray.tfar);
   hits.u = simd::load(query.hit.u);
   hits.v = simd::load(query.hit.v);
-  hits.normal = {simd::load(query.hit.Ng_x), simd::load(query.hit.Ng_y), simd::load(query.hit.Ng_z)};
+  hits.normal = {simd::load(query.hit.Ng_x), simd::load(query.hit.Ng_y),
+                 simd::load(query.hit.Ng_z)};
   Int8 geometry;
   std::memcpy(&geometry, query.hit.geomID, sizeof geometry);
   std::memcpy(&hits.triangle, query.hit.primID, sizeof hits.triangle);

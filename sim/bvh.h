@@ -16,11 +16,12 @@ struct RayPacket {
 };
 
 struct PacketHits {
-  simd::Float8 t;        // along the direction; infinite where nothing is hit
-  simd::Float8 u, v;     // barycentric: p = (1 - u - v) p0 + u p1 + v p2
-  simd::Vector8 normal;  // (p1 - p0) x (p2 - p0): outwards for counter-clockwise triangles, any length
-  simd::Int8 triangle;   // 0 where nothing is hit
-  simd::Int8 mask;       // lanes that hit something
+  simd::Float8 t;     // along the direction; infinite where nothing is hit
+  simd::Float8 u, v;  // barycentric: p = (1 - u - v) p0 + u p1 + v p2
+  simd::Vector8
+      normal;  // (p1 - p0) x (p2 - p0): outwards for counter-clockwise triangles, any length
+  simd::Int8 triangle;  // 0 where nothing is hit
+  simd::Int8 mask;      // lanes that hit something
 };
 
 enum class Traversal {
@@ -31,15 +32,16 @@ enum class Traversal {
 // Calls are const and thread-safe. Packets whose rays run nearly alike should be marked coherent.
 class Bvh {
  public:
-  // Corners and index triples stay referenced: they must outlive the hierarchy. The corners' storage
-  // must have one spare element behind its end (Embree reads 16 bytes of the last one).
+  // Corners and index triples stay referenced: they must outlive the hierarchy. The corners'
+  // storage must have one spare element behind its end (Embree reads 16 bytes of the last one).
   Bvh(std::span<const Vector3f> corners, std::span<const uint32_t> indices,
       Traversal traversal = Traversal::kWatertight);
   ~Bvh();
   Bvh(Bvh&&) noexcept;
   Bvh& operator=(Bvh&&) noexcept;
 
-  PacketHits closest(const RayPacket& rays, simd::Int8 active, simd::Float8 t_min, bool coherent) const;
+  PacketHits closest(const RayPacket& rays, simd::Int8 active, simd::Float8 t_min,
+                     bool coherent) const;
   // Mask of the active lanes that hit anything in (t_min, t_max).
   simd::Int8 occluded(const RayPacket& rays, simd::Int8 active, simd::Float8 t_min,
                       simd::Float8 t_max, bool coherent) const;

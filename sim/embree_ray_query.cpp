@@ -69,8 +69,7 @@ std::optional<RayHit> EmbreeRayQuery::closestHit(int object, const Vector3d& ori
                                                  const Vector3d& direction) const {
   const Object& target = *objects_.at(static_cast<size_t>(object));
   const RayPacket rays{simd::splat3(origin), simd::splat3(direction)};
-  const PacketHits hits =
-      target.bvh.closest(rays, simd::firstLanes(1), simd::splat(0.f), true);
+  const PacketHits hits = target.bvh.closest(rays, simd::firstLanes(1), simd::splat(0.f), true);
   if (!hits.mask[0]) return std::nullopt;
   const uint32_t* corner = target.indices.data() + 3 * static_cast<size_t>(hits.triangle[0]);
   const Vector3d p0 = target.corners[corner[0]].cast<double>(),

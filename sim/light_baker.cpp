@@ -74,7 +74,8 @@ class Baker {
     const Vector3f origin = direct_grid_.positions[p] + options_.surface_offset_m * n;
     Vector3f sum = Vector3f::Zero();
     for (size_t l = 0; l < scene_.lights.size(); ++l) {
-      const uint32_t seed = hash(static_cast<uint32_t>(p) * 977u + static_cast<uint32_t>(l) * 7919u);
+      const uint32_t seed =
+          hash(static_cast<uint32_t>(p) * 977u + static_cast<uint32_t>(l) * 7919u);
       sum += scene_.lights[l].radiance * formFactor(scene_.lights[l], origin, n, seed);
     }
     return sum;
@@ -96,8 +97,9 @@ class Baker {
 
   float shadowPacket(const RectangleLight& light, const Vector3f& origin, const Vector3f& n,
                      uint32_t seed, int packet, int& open, int& hidden) const {
-    // A packet covers a 4 x 2 (or 2 x 4) grid of cells with one shift for all. Packets come in pairs
-    // with opposite shifts: what changes linearly over a cell cancels, and the light has no mottle.
+    // A packet covers a 4 x 2 (or 2 x 4) grid of cells with one shift for all. Packets come in
+    // pairs with opposite shifts: what changes linearly over a cell cancels, and the light has no
+    // mottle.
     const uint32_t bits = hash(seed + static_cast<uint32_t>(packet / 2) * 0x9E3779B9u);
     const bool mirrored = packet % 2 == 1, wide = packet / 2 % 2 == 0;
     const auto shift = [&](uint32_t b) { return mirrored ? 1 - fraction(b) : fraction(b); };
@@ -113,10 +115,12 @@ class Baker {
                                    simd::splat3(light.axis_u) * (a * light.half_u) +
                                    simd::splat3(light.axis_v) * (b * light.half_v) - from};
     const Float8 r2 = dot(rays.direction, rays.direction);
-    const Float8 leaves = -dot(rays.direction, normal), arrives = dot(rays.direction, simd::splat3(n));
+    const Float8 leaves = -dot(rays.direction, normal),
+                 arrives = dot(rays.direction, simd::splat3(n));
     const Int8 facing = (leaves > 0.f) & (arrives > 0.f);
     if (simd::bits(facing) == 0) return 0;
-    const Float8 end = simd::min(splat(0.998f), 1.f - light.body_m / simd::max(leaves, splat(1e-6f)));
+    const Float8 end =
+        simd::min(splat(0.998f), 1.f - light.body_m / simd::max(leaves, splat(1e-6f)));
     const Int8 blocked = scene_.bvh->occluded(rays, facing & (end > 0.f), splat(0.f), end, true);
     open += __builtin_popcount(static_cast<unsigned>(simd::bits(facing & ~blocked)));
     hidden += __builtin_popcount(static_cast<unsigned>(simd::bits(blocked)));
@@ -156,9 +160,9 @@ class Baker {
         y[i] = radius * std::sin(angle);
         z[i] = std::sqrt(std::max(0.f, 1 - u));
       }
-      const RayPacket packet{simd::splat3(origin), simd::splat3(tangent) * x +
-                                                       simd::splat3(bitangent) * y +
-                                                       simd::splat3(n) * z};
+      const RayPacket packet{
+          simd::splat3(origin),
+          simd::splat3(tangent) * x + simd::splat3(bitangent) * y + simd::splat3(n) * z};
       sum += gatherPacket(packet, back_faces);
     }
     return sum / static_cast<float>(rays);

@@ -46,7 +46,9 @@ struct PointKeyHash {
 };
 
 PointKey makeKey(const Vector3f& p, const Vector3f& n, int instance) {
-  const auto round = [](float x, double scale) { return std::llround(static_cast<double>(x) * scale); };
+  const auto round = [](float x, double scale) {
+    return std::llround(static_cast<double>(x) * scale);
+  };
   return {{round(p.x(), 2e4), round(p.y(), 2e4), round(p.z(), 2e4), round(n.x(), 50),
            round(n.y(), 50), round(n.z(), 50), instance}};
 }
@@ -94,13 +96,15 @@ LightGrid makeLightGrid(const RenderScene& scene, std::vector<int> resolutions) 
   std::unordered_map<PointKey, uint32_t, PointKeyHash> edge_points;
   for (uint32_t k = 0; k < scene.triangles.size(); ++k) {
     const ShadingTriangle& t = scene.triangles[k];
-    const Vector3f p0 = scene.corner(k, 0), e1 = scene.corner(k, 1) - p0, e2 = scene.corner(k, 2) - p0;
+    const Vector3f p0 = scene.corner(k, 0), e1 = scene.corner(k, 1) - p0,
+                   e2 = scene.corner(k, 2) - p0;
     const Vector3f center = p0 + (e1 + e2) / 3;
     const int r = grid.resolution[k];
     grid.offset.push_back(static_cast<int>(grid.point_of_sample.size()));
     for (int j = 0; j <= r; ++j)
       for (int i = 0; i + j <= r; ++i) {
-        const float u = static_cast<float>(i) / static_cast<float>(r), v = static_cast<float>(j) / static_cast<float>(r);
+        const float u = static_cast<float>(i) / static_cast<float>(r),
+                    v = static_cast<float>(j) / static_cast<float>(r);
         const Vector3f p = p0 + u * e1 + v * e2;
         const Vector3f n =
             (vector(t.normal0) + u * vector(t.normal1) + v * vector(t.normal2)).normalized();
@@ -117,12 +121,14 @@ LightGrid makeLightGrid(const RenderScene& scene, std::vector<int> resolutions) 
   return grid;
 }
 
-Vector3f LightGrid::at(size_t triangle, float u, float v, const std::vector<Vector3f>& values) const {
+Vector3f LightGrid::at(size_t triangle, float u, float v,
+                       const std::vector<Vector3f>& values) const {
   const int r = resolution[triangle];
   const float x = u * static_cast<float>(r), y = v * static_cast<float>(r);
   const int i = std::min(static_cast<int>(x), r - 1);
   const int j = std::clamp(static_cast<int>(y), 0, r - 1 - i);
-  const float fx = std::clamp(x - static_cast<float>(i), 0.f, 1.f), fy = std::clamp(y - static_cast<float>(j), 0.f, 1.f);
+  const float fx = std::clamp(x - static_cast<float>(i), 0.f, 1.f),
+              fy = std::clamp(y - static_cast<float>(j), 0.f, 1.f);
   const auto value = [&](int a, int b) -> const Vector3f& { return values[point(triangle, a, b)]; };
   if (fx + fy > 1 && i + j + 2 <= r)
     return (fx + fy - 1) * value(i + 1, j + 1) + (1 - fy) * value(i + 1, j) +

@@ -1,5 +1,5 @@
-// The places at which light is baked: a triangular grid on each triangle, with samples that coincide
-// in position and normal merged into one point, so that no seam shows between triangles.
+// The places at which light is baked: a triangular grid on each triangle, with samples that
+// coincide in position and normal merged into one point, so that no seam shows between triangles.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,14 @@ struct LightGrid {
   std::vector<int> resolution;            // per triangle, intervals along an edge
   std::vector<int> offset;                // per triangle, its first sample
   std::vector<uint32_t> point_of_sample;  // samples in the order of LightMap
-  std::vector<Vector3f> positions;        // m, world; edge points lie a little inside their triangle
-  std::vector<Vector3f> normals;          // unit
+  std::vector<Vector3f> positions;  // m, world; edge points lie a little inside their triangle
+  std::vector<Vector3f> normals;    // unit
 
   size_t pointCount() const { return positions.size(); }
   uint32_t point(size_t triangle, int i, int j) const {
     const int r = resolution[triangle];
-    return point_of_sample[static_cast<size_t>(offset[triangle] + j * (r + 1) - j * (j - 1) / 2 + i)];
+    return point_of_sample[static_cast<size_t>(offset[triangle] + j * (r + 1) - j * (j - 1) / 2 +
+                                               i)];
   }
   // Linear interpolation of a value per point.
   Vector3f at(size_t triangle, float u, float v, const std::vector<Vector3f>& values) const;

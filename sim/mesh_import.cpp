@@ -1,10 +1,10 @@
 #include "sim/mesh_import.h"
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-#include <assimp/DefaultIOSystem.h>
 #include <assimp/IOStream.hpp>
 
 #include <algorithm>
@@ -85,9 +85,9 @@ void checkObjIndices(const fs::path& file, const std::string& content) {
       const std::string_view text = field.substr(0, field.find('/'));
       const auto index = parseInteger(text);
       if (!index || *index == 0 || *index > count || *index < -count)
-        throw InputError(SourcePlace{file.string(), line_number + 1, 1},
-                         "a face refers to vertex " + std::string(text) + " of " +
-                             std::to_string(count));
+        throw InputError(
+            SourcePlace{file.string(), line_number + 1, 1},
+            "a face refers to vertex " + std::string(text) + " of " + std::to_string(count));
     }
   }
 }
@@ -121,7 +121,8 @@ void checkParsed(const fs::path& file, const aiScene& scene) {
 }
 
 const aiScene& parse(const fs::path& file, Assimp::Importer& importer) {
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
+                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   importer.SetPropertyFloat(AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE,
                             static_cast<ai_real>(kSmoothingAngle_deg));
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
@@ -131,9 +132,9 @@ const aiScene& parse(const fs::path& file, Assimp::Importer& importer) {
     const aiScene* scene = importer.ReadFile(file.string(), 0);
     if (scene == nullptr) throw InputError(file, firstLine(importer.GetErrorString()));
     checkParsed(file, *scene);
-    scene = importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType |
-                                         aiProcess_GenSmoothNormals |
-                                         aiProcess_JoinIdenticalVertices);
+    scene =
+        importer.ApplyPostProcessing(aiProcess_Triangulate | aiProcess_SortByPType |
+                                     aiProcess_GenSmoothNormals | aiProcess_JoinIdenticalVertices);
     if (scene == nullptr || scene->mRootNode == nullptr)
       throw InputError(file, "the mesh has no triangles");
     return *scene;
@@ -229,7 +230,8 @@ class Importer {
       addVertex(linear * Vector3f(p.x, p.y, p.z) + transform.topRightCorner<3, 1>());
       Vector3f n = Vector3f::Zero();
       if (source.HasNormals())
-        n = turn * cofactors * Vector3f(source.mNormals[v].x, source.mNormals[v].y, source.mNormals[v].z);
+        n = turn * cofactors *
+            Vector3f(source.mNormals[v].x, source.mNormals[v].y, source.mNormals[v].z);
       mesh_.normals.push_back(n.allFinite() && n.norm() > 0 ? n.normalized() : Vector3f::Zero());
       Eigen::Vector2f uv = Eigen::Vector2f::Zero();
       if (has_uvs) uv << source.mTextureCoords[0][v].x, source.mTextureCoords[0][v].y;

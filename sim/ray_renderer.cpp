@@ -30,8 +30,8 @@ struct CameraFrame {
 
   RayPacket rays(const PacketRays& packet) const {
     const Float8 x = simd::load(packet.x), y = simd::load(packet.y);
-    return {simd::splat3(origin), simd::splat3(R.col(0)) * x + simd::splat3(R.col(1)) * y +
-                                      simd::splat3(R.col(2))};
+    return {simd::splat3(origin),
+            simd::splat3(R.col(0)) * x + simd::splat3(R.col(1)) * y + simd::splat3(R.col(2))};
   }
 };
 
@@ -44,7 +44,8 @@ Int8 maskOfBits(int bits) {
 // some 1e-6 of the distance, and more at grazing angles.
 class PlaneDepth {
  public:
-  PlaneDepth(const RenderScene& scene, const CameraFrame& camera) : scene_(scene), camera_(camera) {}
+  PlaneDepth(const RenderScene& scene, const CameraFrame& camera)
+      : scene_(scene), camera_(camera) {}
 
   float operator()(uint32_t triangle, float x, float y, float traversal_t) {
     if (triangle != triangle_) setTriangle(triangle);
@@ -52,7 +53,8 @@ class PlaneDepth {
                          n_camera_.y() * static_cast<double>(y) + n_camera_.z();
     const double t = height_ / along;
     // Seen edge-on the plane says nothing.
-    if (!(std::abs(t - static_cast<double>(traversal_t)) <= 1e-3 * static_cast<double>(traversal_t)))
+    if (!(std::abs(t - static_cast<double>(traversal_t)) <=
+          1e-3 * static_cast<double>(traversal_t)))
       return traversal_t;
     return static_cast<float>(t);
   }
@@ -102,6 +104,7 @@ struct RayRenderer::State {
   TruthBuffer truth;
   std::vector<SamplePattern> patterns;  // 4, 8, 16, 32 samples; only those of the quality
   std::array<SE3, 3> exposure_poses;    // begin, middle, end
+  float brightest = 0;
 };
 
 RayRenderer::RayRenderer(std::shared_ptr<const RenderScene> scene, Camera camera,
@@ -115,9 +118,8 @@ RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
   frame.radiance = Image<Radiance>(s.camera.width(), s.camera.height());
   const bool draft = s.options.quality == RenderQuality::kDraft;
   const CameraFrame middle(motion.pose(0));
-  s.pool.run(s.table.tileCount(), [&](int tile) {
-    s.traceCenters(tile, middle, draft ? &frame.radiance : nullptr);
-  });
+  s.pool.run(s.table.tileCount(),
+             [&](int tile) { s.traceCenters(tile, middle, draft ? &frame.radiance : nullptr); });
   if (!draft) {
     s.preparePatterns(motion);
     s.pool.run(s.table.tileCount(), [&](int tile) { s.traceColors(tile, motion, frame.radiance); });
@@ -149,8 +151,7 @@ void RayRenderer::State::traceCenters(int tile, const CameraFrame& frame, Image<
     if (draft == nullptr || packet.valid == 0) continue;
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
-      const Surface surface =
-          shading::surfaceAt<2>(*scene, rays, hits, splat(packet.pixel), 0.25f);
+      const Surface surface = shading::surfaceAt<2>(*scene, rays, hits, splat(packet.pixel), 0.25f);
       color = shading::radianceOf(*scene, rays, hits, surface);
     }
     for (int lane = 0; lane < 8; ++lane)
@@ -165,6 +166,7 @@ void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
     for (const int count : {4, 8, 16}) patterns.push_back(makeSamplePattern(count, motion));
   else
     for (const int count : {16, 16, 32}) patterns.push_back(makeSamplePattern(count, motion));
+  brightest = motion.brightest;
   exposure_poses = {motion.pose(-0.5), motion.pose(0), motion.pose(0.5)};
 }
 
@@ -180,7 +182,8 @@ double RayRenderer::State::motionInTile(int tile, const SE3& begin, const SE3& m
     if (!(packet.valid & 1)) continue;
     const float depth = truth.depth(x, y);
     const double z = depth > 0 ? static_cast<double>(depth) : 1e3;
-    const Vector3d point = z * Vector3d(static_cast<double>(packet.x[0]), static_cast<double>(packet.y[0]), 1);
+    const Vector3d point =
+        z * Vector3d(static_cast<double>(packet.x[0]), static_cast<double>(packet.y[0]), 1);
     const Vector3d a = T_begin_middle * point, b = T_end_middle * point;
     if (a.z() < 1e-3 || b.z() < 1e-3) return 1e9;
     const Vector2d way = a.head<2>() / a.z() - b.head<2>() / b.z();
@@ -191,9 +194,8 @@ double RayRenderer::State::motionInTile(int tile, const SE3& begin, const SE3& m
 
 void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
                                      Image<Radiance>& radiance) const {
-  const double way = motion.blur ? motionInTile(tile, exposure_poses[0], exposure_poses[1],
-                                                exposure_poses[2])
-                                 : 0;
+  const double way =
+      motion.blur ? motionInTile(tile, exposure_poses[0], exposure_poses[1], exposure_poses[2]) : 0;
   const SamplePattern& pattern = patterns[way < 3.5 ? 0 : way < 8 ? 1 : 2];
   // Samples stray from the pixel by half the way and half a pixel; packets are two rows high.
   const int rows = static_cast<int>(std::ceil((way / 2 + 0.5) / 2 + 0.01));
@@ -219,8 +221,8 @@ namespace {
 RayPacket raysOf(const PacketRays& packet, const PixelSample& s) {
   const Float8 x = simd::load(packet.x) + (s.du * packet.dx_du + s.dv * packet.dx_dv);
   const Float8 y = simd::load(packet.y) + (s.du * packet.dy_du + s.dv * packet.dy_dv);
-  return {simd::splat3(s.origin), simd::splat3(s.axis_x) * x + simd::splat3(s.axis_y) * y +
-                                      simd::splat3(s.axis_z)};
+  return {simd::splat3(s.origin),
+          simd::splat3(s.axis_x) * x + simd::splat3(s.axis_y) * y + simd::splat3(s.axis_z)};
 }
 
 }  // namespace
@@ -231,21 +233,18 @@ Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const SamplePa
   const Float8 pixel = splat(packet.pixel * pattern.footprint);
   const float step = 1.f / static_cast<float>(pattern.base.size());
   Vector8 sum = simd::splat3(0, 0, 0);
-  float dither = 0;
   const auto add = [&](const PixelSample& sample) {
     const RayPacket rays = raysOf(packet, sample);
     const PacketHits hits = scene->quick_bvh->closest(rays, valid, splat(0.f), true);
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
-      const Surface surface = shading::surfaceAt<1>(*scene, rays, hits, pixel, dither);
+      const Surface surface = shading::surfaceAt<1>(*scene, rays, hits, pixel, sample.dither);
       color = shading::radianceOf(*scene, rays, hits, surface);
     }
-    sum = sum + color;
-    dither += step;
+    sum = sum + simd::min(color, splat(brightest));
   };
   for (const PixelSample& sample : pattern.base) add(sample);
   if (!edge || pattern.extra.empty()) return sum * splat(step);
-  dither = 0.5f * step;
   for (const PixelSample& sample : pattern.extra) add(sample);
   return sum * splat(0.5f * step);
 }
@@ -260,13 +259,11 @@ Vector8 RayRenderer::State::colorOfTriangle(const PacketRays& packet, const Samp
   data.emission = simd::splat3(0, 0, 0);
   shading::spread(*scene, static_cast<int>(triangle), splat(-1), data);
   Vector8 sum = simd::splat3(0, 0, 0);
-  float dither = 0;
   for (const PixelSample& sample : pattern.base) {
     const RayPacket rays = raysOf(packet, sample);
     const PacketHits hits = plane.closest(rays, valid);
-    const Surface surface = shading::surfaceAt<1>(*scene, data, rays, hits, pixel, dither);
-    sum = sum + shading::radianceOf(*scene, rays, hits, surface);
-    dither += step;
+    const Surface surface = shading::surfaceAt<1>(*scene, data, rays, hits, pixel, sample.dither);
+    sum = sum + simd::min(shading::radianceOf(*scene, rays, hits, surface), splat(brightest));
   }
   return sum * splat(step);
 }

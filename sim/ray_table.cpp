@@ -31,14 +31,12 @@ PacketRays RayTable::makePacket(const Camera& camera, int x, int y) const {
   Eigen::Matrix2d J = Eigen::Vector2d(1 / camera.fx(), 1 / camera.fy()).asDiagonal();
   const auto left = unproject(u - 1, v), right = unproject(u + 1, v), up = unproject(u, v - 1),
              down = unproject(u, v + 1);
-  if (left && right && up && down)
-    J << (*right - *left).head<2>() / 2, (*down - *up).head<2>() / 2;
+  if (left && right && up && down) J << (*right - *left).head<2>() / 2, (*down - *up).head<2>() / 2;
   rays.dx_du = static_cast<float>(J(0, 0));
   rays.dx_dv = static_cast<float>(J(0, 1));
   rays.dy_du = static_cast<float>(J(1, 0));
   rays.dy_dv = static_cast<float>(J(1, 1));
-  rays.pixel = static_cast<float>(
-      std::sqrt(std::abs(J(0, 0) * J(1, 1) - J(0, 1) * J(1, 0))));
+  rays.pixel = static_cast<float>(std::sqrt(std::abs(J(0, 0) * J(1, 1) - J(0, 1) * J(1, 0))));
   return rays;
 }
 
@@ -52,7 +50,8 @@ Vector2d extendedDirection(const Camera& camera, const Vector2d& u_px) {
     (camera.unproject(center + middle * offset) ? inside : outside) = middle;
   }
   Vector2d edge = Vector2d::Zero();
-  if (const auto direction = camera.unproject(center + inside * offset)) edge = direction->head<2>();
+  if (const auto direction = camera.unproject(center + inside * offset))
+    edge = direction->head<2>();
   const Vector2d rest = (1 - inside) * offset;
   return edge + Vector2d(rest.x() / k.fx, rest.y() / k.fy);
 }

@@ -19,11 +19,11 @@ constexpr int laneX(int lane) { return lane & 3; }
 constexpr int laneY(int lane) { return lane >> 2; }
 
 struct PacketRays {
-  float x[8], y[8];        // direction (x, y, 1) of each pixel's centre, camera frame
+  float x[8], y[8];                  // direction (x, y, 1) of each pixel's centre, camera frame
   float dx_du, dx_dv, dy_du, dy_dv;  // change per pixel, the same for the packet
-  float pixel;             // width of a pixel per metre of depth: square root of its area
-  int valid;               // bit per lane: the pixel is in the image and has a ray
-  int inside;              // bit per lane: the pixel is in the image
+  float pixel;                       // width of a pixel per metre of depth: square root of its area
+  int valid;                         // bit per lane: the pixel is in the image and has a ray
+  int inside;                        // bit per lane: the pixel is in the image
 };
 
 class RayTable {

@@ -21,8 +21,7 @@ ShadingMaterial makeMaterial(const Material& material, TextureAtlas& textures) {
   result.specular = material.specular;
   // Where a Blinn-Phong lobe has fallen to about a fifth, seen from the mirror direction.
   result.lobe = std::min(1.5f, 2.5f * std::sqrt(2.f / (material.shininess + 2.f)));
-  result.texture =
-      textures.texture(material.texture.empty() ? 0 : textures.add(material.texture));
+  result.texture = textures.texture(material.texture.empty() ? 0 : textures.add(material.texture));
   return result;
 }
 
@@ -87,7 +86,8 @@ class Builder {
     set(t.gradient_u, gu);
     set(t.gradient_v, gv);
     const Texture& texture = scene_.materials[static_cast<size_t>(t.material)].texture;
-    const float texels = static_cast<float>(1 << texture.log_width) * static_cast<float>(1 << texture.log_height);
+    const float texels =
+        static_cast<float>(1 << texture.log_width) * static_cast<float>(1 << texture.log_height);
     t.log2_density = 0.5f * std::log2(std::max(1e-12f, gu.cross(gv).norm() * texels));
   }
 
@@ -138,8 +138,8 @@ void buildHierarchies(RenderScene& scene) {
   scene.quick_bvh.emplace(corners, indices, Traversal::kQuick);
   for (SceneInstance& instance : scene.instances)
     if (instance.tracked)
-      instance.alone.emplace(corners, indices.subspan(3 * instance.first_triangle,
-                                                      3 * instance.triangle_count));
+      instance.alone.emplace(
+          corners, indices.subspan(3 * instance.first_triangle, 3 * instance.triangle_count));
 }
 
 }  // namespace

@@ -79,7 +79,8 @@ struct RenderScene {
   }
 };
 
-// Imports every mesh of a scene. The light is not baked yet. Throws MissingInputError or InputError.
+// Imports every mesh of a scene. The light is not baked yet. Throws MissingInputError or
+// InputError.
 RenderScene makeRenderScene(const Scene& scene);
 
 }  // namespace diorama

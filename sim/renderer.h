@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "core/image.h"
@@ -22,9 +23,13 @@ struct RenderOptions {
 
 // The camera during one exposure.
 struct ExposureMotion {
-  // T_world_camera at a fraction of the exposure in [-0.5, 0.5]; 0 is the middle, where truth holds.
+  // T_world_camera at a fraction of the exposure in [-0.5, 0.5]; 0 is the middle, where truth
+  // holds.
   std::function<SE3(double)> pose;
   bool blur = true;  // false: the middle pose holds for the whole exposure
+  // Samples brighter than this count as this bright: beyond the sensor's full well it makes no
+  // difference inside a surface, but outlines of lamps and glints would stay jagged.
+  float brightest = std::numeric_limits<float>::infinity();
 };
 
 struct Radiance {
@@ -44,9 +49,9 @@ struct Silhouette {
 };
 
 struct RenderedFrame {
-  Image<Radiance> radiance;           // mean over pixel area and exposure; black where no ray is
-  Image<float> depth_m;               // Z at the pixel centre; 0 = nothing hit
-  Image<uint16_t> instance_id;        // i + 1 for Scene::objects[i], else 0
+  Image<Radiance> radiance;             // mean over pixel area and exposure; black where no ray is
+  Image<float> depth_m;                 // Z at the pixel centre; 0 = nothing hit
+  Image<uint16_t> instance_id;          // i + 1 for Scene::objects[i], else 0
   std::vector<Silhouette> silhouettes;  // tracked objects, in the order of the scene
 };
 

@@ -1,5 +1,6 @@
 #include "sim/sample_pattern.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/errors.h"
@@ -14,10 +15,14 @@ struct Factors {
 };
 Factors factors(int count) {
   switch (count) {
-    case 4: return {2, 3};
-    case 8: return {2, 4};
-    case 16: return {7, 11};
-    case 32: return {7, 13};
+    case 4:
+      return {2, 3};
+    case 8:
+      return {2, 4};
+    case 16:
+      return {7, 11};
+    case 32:
+      return {7, 13};
   }
   DIORAMA_CHECK(!"a sample count of 4, 8, 16 or 32");
 }
@@ -26,10 +31,22 @@ double stratum(int k, int factor, int count) {  // in [-0.5, 0.5]
   return (((k + 1) * factor % (count + 1)) - 0.5) / count - 0.5;
 }
 
-PixelSample makeSample(double du, double dv, const SE3& T_world_camera) {
+// Samples k and count - 1 - k lie opposite to each other. Were one of them blurred more, edges
+// would move.
+float mirroredDither(int k, int count) {
+  const int pair = std::min(k, count - 1 - k), pairs = count / 2;
+  return (static_cast<float>(pair * 3 % pairs) + 0.5f) / static_cast<float>(pairs);
+}
+
+PixelSample makeSample(double du, double dv, float dither, const SE3& T_world_camera) {
   const Eigen::Matrix3f R = T_world_camera.rotationMatrix().cast<float>();
-  return {static_cast<float>(du), static_cast<float>(dv), T_world_camera.translation.cast<float>(),
-          R.col(0),               R.col(1),               R.col(2)};
+  return {static_cast<float>(du),
+          static_cast<float>(dv),
+          T_world_camera.translation.cast<float>(),
+          R.col(0),
+          R.col(1),
+          R.col(2),
+          dither};
 }
 
 }  // namespace
@@ -40,8 +57,9 @@ SamplePattern makeSamplePattern(int count, const ExposureMotion& motion) {
   for (int k = 0; k < count; ++k) {
     const double du = (k + 0.5) / count - 0.5, dv = stratum(k, f.row, count);
     const double moment = motion.blur ? stratum(k, f.moment, count) : 0;
-    pattern.base.push_back(makeSample(du, dv, motion.pose(moment)));
-    if (count != 8) pattern.extra.push_back(makeSample(-du, dv, motion.pose(-moment)));
+    const float dither = mirroredDither(k, count);
+    pattern.base.push_back(makeSample(du, dv, dither, motion.pose(moment)));
+    if (count != 8) pattern.extra.push_back(makeSample(-du, dv, dither, motion.pose(-moment)));
   }
   pattern.footprint = count == 4 ? 0.6f : count == 8 ? 0.5f : 0.4f;
   return pattern;

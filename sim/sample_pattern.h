@@ -12,12 +12,14 @@ struct PixelSample {
   float du = 0, dv = 0;  // from the pixel centre, px
   Vector3f origin;       // of the camera at the sample's moment, world, m
   Vector3f axis_x, axis_y, axis_z;
+  float dither =
+      0;  // in [0, 1): between two mip levels; the same for samples that mirror each other
 };
 
 struct SamplePattern {
   std::vector<PixelSample> base;   // for every pixel
   std::vector<PixelSample> extra;  // as many again, where there is an edge
-  float footprint = 1;            // of one sample, px
+  float footprint = 1;             // of one sample, px
 };
 
 // `count` is 4, 8, 16 or 32: each sample has a row, a column and a moment of its own.

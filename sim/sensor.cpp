@@ -14,7 +14,7 @@ using simd::Float8;
 using simd::Int8;
 
 constexpr int kQuantiles = 4096;
-constexpr double kBrightGrey = 0.16;  // of the full well, for the 80th percentile
+constexpr double kBrightGrey = 0.16;   // of the full well, for the 80th percentile
 constexpr double kResponseGain = 2.2;  // light at full well on the scale of the curve's fit
 
 // Inverse of the normal distribution's CDF at the middle of each of kQuantiles equal shares.
@@ -53,7 +53,8 @@ ResponseCurve::ResponseCurve() {
   const double white = evaluate(1);
   for (int i = 0; i <= kLevels; ++i) {
     const double root = static_cast<double>(i) / kLevels;
-    table_.push_back(static_cast<uint8_t>(std::lround(255 * std::min(1.0, evaluate(root * root) / white))));
+    table_.push_back(
+        static_cast<uint8_t>(std::lround(255 * std::min(1.0, evaluate(root * root) / white))));
   }
 }
 
@@ -94,13 +95,15 @@ void Sensor::exposeRow(const Image<Radiance>& radiance, int frame, int y, Image<
     for (size_t i = 0; i < count; ++i) pixel_gain[i] = gain[(first + i) / 3];
     Float8 v = simd::load(source.data()) * simd::load(pixel_gain.data());
     if (effects_.noise) {
-      const auto bits = random_.bits(static_cast<uint32_t>(frame), static_cast<uint64_t>(y) * groups + g);
+      const auto bits =
+          random_.bits(static_cast<uint32_t>(frame), static_cast<uint64_t>(y) * groups + g);
       for (size_t i = 0; i < 8; ++i)
         noise[i] = normal_[(bits[i / 2] >> (16 * (i % 2)) & 0xffff) * kQuantiles >> 16];
       const Float8 sigma = simd::sqrt(simd::max(v, simd::splat(0.f)) / full_well + read * read);
       v = v + sigma * simd::load(noise.data());
     }
-    const Int8 level = simd::toInt(simd::sqrt(simd::clamp(v, 0, 1)) * float{ResponseCurve::kLevels} + 0.5f);
+    const Int8 level =
+        simd::toInt(simd::sqrt(simd::clamp(v, 0, 1)) * float{ResponseCurve::kLevels} + 0.5f);
     for (size_t i = 0; i < count; ++i) pixels[first + i] = response_[level[static_cast<int>(i)]];
   }
 }

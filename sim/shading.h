@@ -82,37 +82,38 @@ inline void loadTriangles(const RenderScene& scene, const PacketHits& hits, Tria
   }
 }
 
-// Sum of weighted texels, 16 bits a channel: red and blue share a word.
-struct TexelSum {
-  Int8 red_blue = splat(0), green = splat(0);
-};
-
-// Adds one bilinear tap of a mip level; weights sum up to 256.
-inline void addTap(const RenderScene& scene, const TriangleLanes& t, Int8 level, Float8 u, Float8 v,
-                   TexelSum& sum) {
+// One bilinear tap of a mip level, in linear light: interpolating the coded values would shift
+// edges.
+inline Vector8 bilinear(const RenderScene& scene, const TriangleLanes& t, Int8 level, Float8 u,
+                        Float8 v) {
   const Int8 lw = t.log_width - level, lh = t.log_height - level;
   const Int8 w = splat(1) << lw, h = splat(1) << lh;
   const Float8 x = u * toFloat(w) - 0.5f, y = v * toFloat(h) - 0.5f;
   const Float8 x0 = simd::floor(x), y0 = simd::floor(y);
   const Int8 ix = simd::toInt(x0) & (w - 1), iy = simd::toInt(y0) & (h - 1);
   const Int8 jx = (ix + 1) & (w - 1), jy = (iy + 1) & (h - 1);
-  const Int8 wx = simd::toInt((x - x0) * 256.f), wy = simd::toInt((y - y0) * 256.f);
+  const Float8 fx = x - x0, fy = y - y0;
   // Texels of the levels before this one: 2^area + 2^(area - 2) + ... down to above this level's.
   const Int8 area = t.log_width + t.log_height, same_parity = splat(0x55555555) << (area & 1);
-  const Int8 offset = t.texture_base + (((splat(2) << area) - (splat(2) << (lw + lh))) & same_parity);
+  const Int8 offset =
+      t.texture_base + (((splat(2) << area) - (splat(2) << (lw + lh))) & same_parity);
   const Int8 row0 = offset + (iy << lw), row1 = offset + (jy << lw);
-  const Int8 w11 = (wx * wy) >> 8, w10 = wx - w11, w01 = wy - w11, w00 = 256 - wx - wy + w11;
   const int* texels = reinterpret_cast<const int*>(scene.textures.texels().data());
-  const auto add = [&](Int8 at, Int8 weight) {
+  Vector8 sum = simd::splat3(0, 0, 0);
+  const auto add = [&](Int8 at, Float8 weight) {
     const Int8 texel = simd::gather(texels, at);
-    const Int8 rb = simd::multiplyLow16(texel & 0xff00ff, weight | (weight << 16));
-    sum.red_blue += ((rb >> 2) & 0x3fff3fff);
-    sum.green += ((texel >> 8) & 0xff) * weight;
+    const Float8 red = toFloat(texel & 0xff), green = toFloat((texel >> 8) & 0xff),
+                 blue = toFloat(texel >> 16);
+    sum.x += weight * red * red;
+    sum.y += weight * green * green;
+    sum.z += weight * blue * blue;
   };
+  const Float8 w11 = fx * fy, w10 = fx - w11, w01 = fy - w11, w00 = 1.f - fx - w01;
   add(row0 + ix, w00);
   add(row0 + jx, w10);
   add(row1 + ix, w01);
   add(row1 + jx, w11);
+  return sum * splat(1.f / (255.f * 255.f));
 }
 
 // Interpolates the light map in the grid cell's triangle around (u, v).
@@ -150,18 +151,14 @@ inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t,
                                Float8 lod) {
   const Int8 last = simd::min(t.log_width, t.log_height);
   const Int8 level = simd::max(splat(0), simd::min(simd::toInt(lod), last));
-  TexelSum sum;
-  addTap(scene, t, level, u, v, sum);
-  const Float8 red = toFloat(sum.red_blue & 0xffff) * (4.f / 65280.f),
-               blue = toFloat((sum.red_blue >> 16) & 0xffff) * (4.f / 65280.f),
-               green = toFloat(sum.green) * (1.f / 65280.f);
-  return {red * red, green * green, blue * blue};
+  return bilinear(scene, t, level, u, v);
 }
 
 // Rays that are known to meet one triangle need no traversal.
 class SingleTriangle {
  public:
-  SingleTriangle(const RenderScene& scene, uint32_t triangle) : triangle_(static_cast<int>(triangle)) {
+  SingleTriangle(const RenderScene& scene, uint32_t triangle)
+      : triangle_(static_cast<int>(triangle)) {
     p0_ = scene.corner(triangle, 0);
     const Vector3f e1 = scene.corner(triangle, 1) - p0_, e2 = scene.corner(triangle, 2) - p0_;
     n_ = e1.cross(e2);
@@ -213,11 +210,13 @@ inline Surface surfaceAt(const RenderScene& scene, const TriangleLanes& t, const
     surface.albedo = texture;
   } else {
     const Float8 lod = simd::max(minor, major - (kTaps == 2 ? 1.f : 2.f));
-    const Float8 k = width / slant *
-                     simd::inverseSqrt(simd::max(1.f - cosine * cosine, splat(1e-6f)));
+    const Float8 k =
+        width / slant * simd::inverseSqrt(simd::max(1.f - cosine * cosine, splat(1e-6f)));
     const Vector8 axis = (d - g * cosine) * k;
-    const Float8 du = t.gradient_u[0] * axis.x + t.gradient_u[1] * axis.y + t.gradient_u[2] * axis.z;
-    const Float8 dv = t.gradient_v[0] * axis.x + t.gradient_v[1] * axis.y + t.gradient_v[2] * axis.z;
+    const Float8 du =
+        t.gradient_u[0] * axis.x + t.gradient_u[1] * axis.y + t.gradient_u[2] * axis.z;
+    const Float8 dv =
+        t.gradient_v[0] * axis.x + t.gradient_v[1] * axis.y + t.gradient_v[2] * axis.z;
     Vector8 texture = simd::splat3(0, 0, 0);
     for (int q = 0; q < kTaps; ++q) {
       const float along = (static_cast<float>(q) + 0.5f) / kTaps - 0.5f;
@@ -266,7 +265,8 @@ inline Vector8 highlight(const RenderScene& scene, const RayPacket& rays, const 
   const Float8 f = 1.f - simd::min(simd::abs(cosine), splat(1.f)), f2 = f * f;
   // Schlick's Fresnel term; a rough surface gains less at grazing angles.
   const Float8 gain = simd::max(0.6f - s.lobe * 0.8f, splat(0.f));
-  const Float8 fresnel = s.specular + (gain * simd::min(s.specular * 25.f, splat(1.f))) * (f2 * f2 * f);
+  const Float8 fresnel =
+      s.specular + (gain * simd::min(s.specular * 25.f, splat(1.f))) * (f2 * f2 * f);
   Vector8 sum = s.light * splat(0.5f);  // what else the mirror ray may meet
   const Float8 lit = simd::min(s.light.y * (1.5f / scene.light.typical), splat(1.f));
   const Float8 gate = lit * lit;

@@ -136,8 +136,8 @@ void SilhouetteTracer::traceInside(int id, const DirectionBox& box, const SE3& T
       int all = visible;
       if (open)
         all |= simd::bits(bvh.occluded(worldRays(T_world_camera, R, dx, dy), maskOfBits(open),
-                                       splat(0.f),
-                                       splat(std::numeric_limits<float>::infinity()), true));
+                                       splat(0.f), splat(std::numeric_limits<float>::infinity()),
+                                       true));
       sum.visible += count(visible);
       sum.valid += count(all);
       for (int lane = 0; lane < 8; ++lane)

@@ -40,8 +40,12 @@ inline Float8 toFloat(Int8 v) { return __builtin_convertvector(v, Float8); }
 inline Int8 toInt(Float8 v) { return __builtin_convertvector(v, Int8); }  // towards zero
 
 #ifdef __AVX2__
-inline Float8 select(Int8 mask, Float8 a, Float8 b) { return _mm256_blendv_ps(b, a, asFloat(mask)); }
-inline Int8 select(Int8 mask, Int8 a, Int8 b) { return asInt(select(mask, asFloat(a), asFloat(b))); }
+inline Float8 select(Int8 mask, Float8 a, Float8 b) {
+  return _mm256_blendv_ps(b, a, asFloat(mask));
+}
+inline Int8 select(Int8 mask, Int8 a, Int8 b) {
+  return asInt(select(mask, asFloat(a), asFloat(b)));
+}
 inline Float8 min(Float8 a, Float8 b) { return _mm256_min_ps(a, b); }
 inline Float8 max(Float8 a, Float8 b) { return _mm256_max_ps(a, b); }
 inline Int8 min(Int8 a, Int8 b) {
@@ -57,10 +61,6 @@ inline Float8 floor(Float8 a) { return _mm256_floor_ps(a); }
 inline int bits(Int8 mask) { return _mm256_movemask_ps(asFloat(mask)); }
 inline Int8 gather(const int* base, Int8 index) {
   return reinterpret_cast<Int8>(_mm256_i32gather_epi32(base, reinterpret_cast<__m256i>(index), 4));
-}
-inline Int8 multiplyLow16(Int8 a, Int8 b) {  // of sixteen 16-bit halves
-  return reinterpret_cast<Int8>(
-      _mm256_mullo_epi16(reinterpret_cast<__m256i>(a), reinterpret_cast<__m256i>(b)));
 }
 #else
 inline Int8 select(Int8 mask, Int8 a, Int8 b) { return (mask & a) | (~mask & b); }
@@ -89,14 +89,12 @@ inline Int8 gather(const int* base, Int8 index) {
   for (int i = 0; i < 8; ++i) v[i] = base[index[i]];
   return v;
 }
-inline Int8 multiplyLow16(Int8 a, Int8 b) {
-  using Short16 = uint16_t __attribute__((vector_size(32)));
-  return reinterpret_cast<Int8>(reinterpret_cast<Short16>(a) * reinterpret_cast<Short16>(b));
-}
 #endif
 
 inline Float8 abs(Float8 a) { return asFloat(asInt(a) & splat(0x7fffffff)); }
-inline Float8 clamp(Float8 a, float low, float high) { return min(max(a, splat(low)), splat(high)); }
+inline Float8 clamp(Float8 a, float low, float high) {
+  return min(max(a, splat(low)), splat(high));
+}
 inline Float8 gather(const float* base, Int8 index) {
   return asFloat(gather(reinterpret_cast<const int*>(base), index));
 }
@@ -138,6 +136,7 @@ template <class V>
 Vector8 splat3(const V& v) {
   return splat3(static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2]));
 }
+inline Vector8 min(const Vector8& a, Float8 b) { return {min(a.x, b), min(a.y, b), min(a.z, b)}; }
 inline Vector8 select(Int8 mask, const Vector8& a, const Vector8& b) {
   return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
 }

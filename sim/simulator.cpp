@@ -12,6 +12,9 @@
 namespace diorama {
 namespace {
 
+// Where samples are cut, in full wells at the image's centre.
+constexpr double kSaturation = 1.5;
+
 std::shared_ptr<const RenderScene> makeLitScene(const Scene& scene) {
   auto result = std::make_shared<RenderScene>(makeRenderScene(scene));
   WorkerPool pool(0);  // baking takes seconds: all cores
@@ -38,7 +41,8 @@ double meteredExposure(const Scene& scene, const std::shared_ptr<const RenderSce
   std::vector<Image<Radiance>> pictures;
   for (int view = 0; view < kViews; ++view) {
     const SE3 pose = scene.path->pose(scene.duration_s * (view + 0.5) / kViews);
-    pictures.push_back(meter.render({[&](double) { return pose; }, false}).radiance);
+    pictures.push_back(
+        meter.render({.pose = [&](double) { return pose; }, .blur = false}).radiance);
   }
   return chooseExposure(pictures);
 }
@@ -52,7 +56,8 @@ struct Simulator::State {
         options(o),
         pool(options.threads),
         lit(makeLitScene(scene)),
-        sensor(camera, scene.effects, meteredExposure(scene, lit), scene.seed) {}
+        exposure(meteredExposure(scene, lit)),
+        sensor(camera, scene.effects, exposure, scene.seed) {}
 
   RenderedFrame render(const ExposureMotion& motion);
   ExposureMotion motionDuring(int index) const;
@@ -63,6 +68,7 @@ struct Simulator::State {
   RenderOptions options;
   WorkerPool pool;
   std::shared_ptr<const RenderScene> lit;
+  double exposure;  // parts of the full well per radiance
   Sensor sensor;
   std::mutex mutex;
   std::vector<std::unique_ptr<RayRenderer>> idle;  // as many as there were callers at once
@@ -110,6 +116,7 @@ ExposureMotion Simulator::State::motionDuring(int index) const {
   const double middle_s = static_cast<double>(scene.timestampNs(index)) * 1e-9;
   ExposureMotion motion;
   motion.blur = scene.effects.blur && scene.exposure_s > 0;
+  motion.brightest = static_cast<float>(kSaturation / exposure);
   motion.pose = [this, index, middle_s](double fraction) {
     return fraction == 0 ? scene.T_world_camera(index)
                          : scene.path->pose(middle_s + fraction * scene.exposure_s);

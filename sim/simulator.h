@@ -9,10 +9,10 @@
 
 namespace diorama {
 
-// read(k) depends on the scene, the quality and k only, not on which frames were read before, nor on
-// the number of threads. Constructing reads the models and bakes the light (some seconds the first
-// time; kept in cacheFolder()/light); it throws MissingInputError or InputError. One caller at a
-// time, or any number with one thread each (options.threads = 1).
+// read(k) depends on the scene, the quality and k only, not on which frames were read before, nor
+// on the number of threads. Constructing reads the models and bakes the light (some seconds the
+// first time; kept in cacheFolder()/light); it throws MissingInputError or InputError. One caller
+// at a time, or any number with one thread each (options.threads = 1).
 class Simulator : public FrameSource {
  public:
   explicit Simulator(Scene scene, RenderOptions options = {});

@@ -76,9 +76,9 @@ int TextureAtlas::add(const std::filesystem::path& file) {
   cv::Mat image;
   try {
     if (!content.empty())
-      image = cv::imdecode(cv::Mat(1, static_cast<int>(content.size()), CV_8UC1,
-                                   const_cast<char*>(content.data())),
-                           cv::IMREAD_COLOR);
+      image = cv::imdecode(
+          cv::Mat(1, static_cast<int>(content.size()), CV_8UC1, const_cast<char*>(content.data())),
+          cv::IMREAD_COLOR);
   } catch (const cv::Exception&) {
     image.release();
   }

@@ -23,8 +23,8 @@ class TextureAtlas {
  public:
   TextureAtlas();  // holds a white texture, number 0
 
-  // The number of an sRGB image's texture; the same file is read once. Sizes are resampled to powers
-  // of two of at most 4096. Throws MissingInputError or InputError.
+  // The number of an sRGB image's texture; the same file is read once. Sizes are resampled to
+  // powers of two of at most 4096. Throws MissingInputError or InputError.
   int add(const std::filesystem::path& file);
   int add(const Image<Rgb8>& srgb);
 

@@ -25,8 +25,9 @@ class TruthBuffer {
   // differ, or inverse depth, which is linear in the image of a plane, bends.
   bool hasEdge(int x, int y, int width, int height) const;
 
-  // The triangle that the packet at (x, y) and all packets around it show, one to the left and right
-  // and `rows` upwards and downwards; -1 when they differ. What lies between shows it as well.
+  // The triangle that the packet at (x, y) and all packets around it show, one to the left and
+  // right and `rows` upwards and downwards; -1 when they differ. What lies between shows it as
+  // well.
   int commonTriangle(int x, int y, int rows) const;
 
   void copyTo(RenderedFrame& frame, int width, int height) const;

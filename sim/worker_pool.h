@@ -1,5 +1,5 @@
-// A few threads that share a list of jobs. Which thread takes which job is left to chance: jobs must
-// write to places of their own, so that results do not depend on the number of threads.
+// A few threads that share a list of jobs. Which thread takes which job is left to chance: jobs
+// must write to places of their own, so that results do not depend on the number of threads.
 #pragma once
 
 #include <atomic>
@@ -18,8 +18,8 @@ class WorkerPool {
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  // Calls job(0) ... job(count - 1), each once, and returns when all are done. The caller works too.
-  // Jobs must not throw. One caller at a time, or any number when the pool has one thread.
+  // Calls job(0) ... job(count - 1), each once, and returns when all are done. The caller works
+  // too. Jobs must not throw. One caller at a time, or any number when the pool has one thread.
   void run(int count, const std::function<void(int)>& job);
 
  private:

@@ -13,7 +13,8 @@ Mesh squares() {
   Mesh mesh;
   for (const float z : {0.f, 1.f}) {
     const int k = static_cast<int>(mesh.positions.size());
-    for (const auto& [x, y] : std::array<std::array<float, 2>, 4>{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}})
+    for (const auto& [x, y] :
+         std::array<std::array<float, 2>, 4>{{{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}})
       mesh.positions.emplace_back(x, y, z);
     mesh.triangles.emplace_back(k, k + 1, k + 2);
     mesh.triangles.emplace_back(k, k + 2, k + 3);

@@ -81,11 +81,11 @@ TEST_F(MeshImport, ScalesAndTurns) {
 
 TEST_F(MeshImport, MakesSmoothNormalsExceptAtEdges) {
   // Two walls that meet at 90 degrees keep two normals; two at 11 degrees share one.
-  const Mesh sharp = importMesh(
-      write("sharp.obj", "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n"));
+  const Mesh sharp =
+      importMesh(write("sharp.obj", "v 0 0 0\nv 0 1 0\nv 1 0 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n"));
   EXPECT_EQ(sharp.positions.size(), 6u);
-  const Mesh smooth = importMesh(
-      write("smooth.obj", "v 0 0 0\nv 0 1 0\nv 1 0 0\nv -1 0 0.2\nf 1 3 2\nf 1 2 4\n"));
+  const Mesh smooth =
+      importMesh(write("smooth.obj", "v 0 0 0\nv 0 1 0\nv 1 0 0\nv -1 0 0.2\nf 1 3 2\nf 1 2 4\n"));
   EXPECT_EQ(smooth.positions.size(), 4u);
 }
 
@@ -109,7 +109,8 @@ TEST_F(MeshImport, RejectsEmptyAndFaceless) {
 }
 
 TEST_F(MeshImport, RejectsTruncated) {
-  EXPECT_NE(problem("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2").find("cut off"), std::string::npos);
+  EXPECT_NE(problem("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1 2").find("cut off"),
+            std::string::npos);
   EXPECT_NE(problem("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 1/").find("cut off"), std::string::npos);
   EXPECT_NE(problem("v 0 0 0\nv 1 0 0\nv 0 1"), "no error");
   EXPECT_NE(problem("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n", "cut.ply"),
