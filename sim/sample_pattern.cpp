@@ -51,7 +51,7 @@ PixelSample makeSample(double du, double dv, float dither, const SE3& T_world_ca
 
 }  // namespace
 
-SamplePattern makeSamplePattern(int count, const ExposureMotion& motion) {
+SamplePattern makeSamplePattern(int count, bool extra, const ExposureMotion& motion) {
   const Factors f = factors(count);
   SamplePattern pattern;
   for (int k = 0; k < count; ++k) {
@@ -59,7 +59,7 @@ SamplePattern makeSamplePattern(int count, const ExposureMotion& motion) {
     const double moment = motion.blur ? stratum(k, f.moment, count) : 0;
     const float dither = mirroredDither(k, count);
     pattern.base.push_back(makeSample(du, dv, dither, motion.pose(moment)));
-    if (count != 8) pattern.extra.push_back(makeSample(-du, dv, dither, motion.pose(-moment)));
+    if (extra) pattern.extra.push_back(makeSample(-du, dv, dither, motion.pose(-moment)));
   }
   pattern.footprint = count == 4 ? 0.6f : count == 8 ? 0.5f : 0.4f;
   return pattern;

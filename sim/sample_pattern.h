@@ -18,11 +18,11 @@ struct PixelSample {
 
 struct SamplePattern {
   std::vector<PixelSample> base;   // for every pixel
-  std::vector<PixelSample> extra;  // as many again, where there is an edge
+  std::vector<PixelSample> extra;  // as many again, where an edge needs them; may be empty
   float footprint = 1;             // of one sample, px
 };
 
 // `count` is 4, 8, 16 or 32: each sample has a row, a column and a moment of its own.
-SamplePattern makeSamplePattern(int count, const ExposureMotion& motion);
+SamplePattern makeSamplePattern(int count, bool extra, const ExposureMotion& motion);
 
 }  // namespace diorama

@@ -32,6 +32,10 @@ std::vector<float> normalQuantiles() {
   return result;
 }
 
+Int8 levels(Float8 light) {
+  return simd::toInt(simd::sqrt(simd::clamp(light, 0, 1)) * float{ResponseCurve::kLevels} + 0.5f);
+}
+
 double vignette(const Camera& camera, double loss, int x, int y) {
   // A smooth fall with the square of the distance from the principal point, `loss` in the corner
   // farthest from the middle of a centred image.
@@ -78,33 +82,47 @@ Image<Rgb8> Sensor::expose(const Image<Radiance>& radiance, int frame, WorkerPoo
   return out;
 }
 
-// The row is one list of numbers, red, green and blue of each pixel in turn; eight at a time share
-// one draw of 128 random bits, 16 for each.
+// Photons arrive at random: their number's deviation is its square root.
+simd::Float8 Sensor::withNoise(Float8 light, int frame, uint64_t draw) const {
+  const auto full_well = static_cast<float>(effects_.full_well_e);
+  const float read = static_cast<float>(effects_.read_noise_e) / full_well;
+  const auto bits = random_.bits(static_cast<uint32_t>(frame), draw);
+  Int8 index;
+  for (int i = 0; i < 8; ++i)
+    index[i] = static_cast<int>(
+        (bits[static_cast<size_t>(i / 2)] >> (16 * (i % 2)) & 0xffff) * kQuantiles >> 16);
+  const Float8 sigma = simd::sqrt(simd::max(light, simd::splat(0.f)) / full_well + read * read);
+  return light + sigma * simd::gather(normal_.data(), index);
+}
+
+// The row is one list of numbers, red, green and blue of each pixel in turn. Eight pixels are three
+// vectors; each vector shares one draw of 128 random bits, 16 for each number.
 void Sensor::exposeRow(const Image<Radiance>& radiance, int frame, int y, Image<Rgb8>& out) const {
-  const auto values = 3 * static_cast<size_t>(width_);
+  const int groups = (width_ + 7) / 8;
   const float* light = &radiance.row(y)->r;
   uint8_t* pixels = &out.row(y)->r;
   const float* gain = gain_.data() + static_cast<size_t>(y) * static_cast<size_t>(width_);
-  const auto full_well = static_cast<float>(effects_.full_well_e);
-  const auto read = static_cast<float>(effects_.read_noise_e) / full_well;
-  const size_t groups = (values + 7) / 8;
-  for (size_t g = 0; g < groups; ++g) {
-    const size_t first = 8 * g, count = std::min<size_t>(8, values - first);
-    std::array<float, 8> source{}, pixel_gain{}, noise{};
-    std::copy_n(light + first, count, source.begin());
-    for (size_t i = 0; i < count; ++i) pixel_gain[i] = gain[(first + i) / 3];
-    Float8 v = simd::load(source.data()) * simd::load(pixel_gain.data());
-    if (effects_.noise) {
-      const auto bits =
-          random_.bits(static_cast<uint32_t>(frame), static_cast<uint64_t>(y) * groups + g);
-      for (size_t i = 0; i < 8; ++i)
-        noise[i] = normal_[(bits[i / 2] >> (16 * (i % 2)) & 0xffff) * kQuantiles >> 16];
-      const Float8 sigma = simd::sqrt(simd::max(v, simd::splat(0.f)) / full_well + read * read);
-      v = v + sigma * simd::load(noise.data());
+  for (int g = 0; g < groups; ++g) {
+    const auto count = static_cast<size_t>(std::min(8, width_ - 8 * g));
+    std::array<float, 24> values{};
+    std::array<float, 8> gains{};
+    std::memcpy(values.data(), light + 24 * g, 3 * count * sizeof(float));
+    std::memcpy(gains.data(), gain + 8 * g, count * sizeof(float));
+    const Float8 by_pixel = simd::load(gains.data());
+    const Float8 by_value[3] = {__builtin_shuffle(by_pixel, Int8{0, 0, 0, 1, 1, 1, 2, 2}),
+                                __builtin_shuffle(by_pixel, Int8{2, 3, 3, 3, 4, 4, 4, 5}),
+                                __builtin_shuffle(by_pixel, Int8{5, 5, 6, 6, 6, 7, 7, 7})};
+    std::array<uint8_t, 24> coded{};
+    for (int part = 0; part < 3; ++part) {
+      const uint64_t draw =
+          (static_cast<uint64_t>(y) * static_cast<uint64_t>(groups) + static_cast<uint64_t>(g)) *
+              3 +
+          static_cast<uint64_t>(part);
+      const Float8 v = simd::load(values.data() + 8 * part) * by_value[part];
+      const Int8 level = levels(effects_.noise ? withNoise(v, frame, draw) : v);
+      for (int i = 0; i < 8; ++i) coded[static_cast<size_t>(8 * part + i)] = response_[level[i]];
     }
-    const Int8 level =
-        simd::toInt(simd::sqrt(simd::clamp(v, 0, 1)) * float{ResponseCurve::kLevels} + 0.5f);
-    for (size_t i = 0; i < count; ++i) pixels[first + i] = response_[level[static_cast<int>(i)]];
+    std::memcpy(pixels + 24 * g, coded.data(), 3 * count);
   }
 }
 

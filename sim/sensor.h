@@ -10,6 +10,7 @@
 #include "core/random.h"
 #include "sim/renderer.h"
 #include "sim/scene.h"
+#include "sim/simd.h"
 #include "sim/worker_pool.h"
 
 namespace diorama {
@@ -37,6 +38,7 @@ class Sensor {
   Image<Rgb8> expose(const Image<Radiance>& radiance, int frame, WorkerPool& pool) const;
 
  private:
+  simd::Float8 withNoise(simd::Float8 light, int frame, uint64_t draw) const;
   void exposeRow(const Image<Radiance>& radiance, int frame, int y, Image<Rgb8>& out) const;
 
   EffectsOptions effects_;

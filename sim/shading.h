@@ -47,6 +47,26 @@ using simd::splat;
 using simd::toFloat;
 using simd::Vector8;
 
+// Gives the triangle's data to all lanes.
+inline void spread(const RenderScene& scene, int triangle, TriangleLanes& out) {
+  const ShadingTriangle& t = scene.triangles[static_cast<size_t>(triangle)];
+  const ShadingMaterial& m = scene.materials[static_cast<size_t>(t.material)];
+  const float* from = t.normal0;
+  Float8* to = out.normal0;
+  for (int k = 0; k < kTriangleFloats; ++k) to[k] = splat(from[k]);
+  out.tint = simd::splat3(m.tint);
+  out.emission = simd::splat3(m.emission);
+  out.specular = splat(m.specular);
+  out.lobe = splat(m.lobe);
+  out.light_offset = splat(t.light_offset);
+  out.light_resolution = splat(t.light_resolution);
+  out.texture_base = splat(m.texture.base);
+  out.log_width = splat(m.texture.log_width);
+  out.log_height = splat(m.texture.log_height);
+  out.instance = splat(t.instance);
+  out.emits = m.emits;
+}
+
 inline void spread(const RenderScene& scene, int triangle, Int8 lanes, TriangleLanes& out) {
   const ShadingTriangle& t = scene.triangles[static_cast<size_t>(triangle)];
   const ShadingMaterial& m = scene.materials[static_cast<size_t>(t.material)];
@@ -54,6 +74,7 @@ inline void spread(const RenderScene& scene, int triangle, Int8 lanes, TriangleL
   Float8* to = out.normal0;
   for (int k = 0; k < kTriangleFloats; ++k) to[k] = simd::select(lanes, splat(from[k]), to[k]);
   out.tint = simd::select(lanes, simd::splat3(m.tint), out.tint);
+  out.emission = simd::select(lanes, simd::splat3(m.emission), out.emission);
   out.specular = simd::select(lanes, splat(m.specular), out.specular);
   out.lobe = simd::select(lanes, splat(m.lobe), out.lobe);
   out.light_offset = simd::select(lanes, splat(t.light_offset), out.light_offset);
@@ -62,17 +83,14 @@ inline void spread(const RenderScene& scene, int triangle, Int8 lanes, TriangleL
   out.log_width = simd::select(lanes, splat(m.texture.log_width), out.log_width);
   out.log_height = simd::select(lanes, splat(m.texture.log_height), out.log_height);
   out.instance = simd::select(lanes, splat(t.instance), out.instance);
-  if (!m.emits) return;
-  out.emits = true;
-  out.emission = simd::select(lanes, simd::splat3(m.emission), out.emission);
+  out.emits |= m.emits;
 }
 
 // One broadcast of a triangle's data per distinct triangle instead of gathers.
 inline void loadTriangles(const RenderScene& scene, const PacketHits& hits, TriangleLanes& out) {
-  out.emission = simd::splat3(0, 0, 0);
   unsigned todo = static_cast<unsigned>(simd::bits(hits.mask));
   const int first = todo ? hits.triangle[__builtin_ctz(todo)] : 0;
-  spread(scene, first, splat(-1), out);  // lanes without a hit get something harmless
+  spread(scene, first, out);  // lanes without a hit get something harmless
   todo &= ~static_cast<unsigned>(simd::bits(hits.triangle == splat(first)));
   while (todo) {
     const int triangle = hits.triangle[__builtin_ctz(todo)];
