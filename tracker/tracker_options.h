@@ -31,7 +31,7 @@ struct TrackerOptions {
   double tukey_constant = 4.6851;  // 95% efficiency under normal errors
   double wide_sigma_px = 0.5;      // smallest robust scale of edges, wide rounds
   double narrow_sigma_px = 0.13;   // ... and in the last round
-  double texture_sigma_px = 0.1;   // smallest robust scale of texture patches
+  double texture_sigma_px = 0.2;   // ... of patches: their places carry the error of the keyframe's pose
   double damping = 1e-4;           // of each normal equation, relative
 
   // Direct alignment of the last good frame's pixels, pyramid levels 3 and 2.
