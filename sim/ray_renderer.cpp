@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "core/errors.h"
 #include "sim/ray_table.h"
@@ -21,6 +23,9 @@ using simd::splat;
 using simd::Vector8;
 
 namespace {
+
+// Samples that go farther are traced: the neighbourhood to look at would be too large.
+constexpr double kMostStray_px = 10;
 
 // The mid-exposure camera in both precisions.
 struct CameraFrame {
@@ -90,7 +95,8 @@ struct RayRenderer::State {
 
   void traceCenters(int tile, const CameraFrame& frame, Image<Radiance>* draft);
   void traceColors(int tile, const ExposureMotion& motion, Image<Radiance>& radiance) const;
-  Vector8 colorPacket(const PacketRays& packet, const SamplePattern& pattern, bool edge) const;
+  Vector8 colorPacket(const PacketRays& packet, const SamplePattern& pattern, bool edge,
+                      const std::optional<VisibleTriangles>& around) const;
   Vector8 colorOfTriangle(const PacketRays& packet, const SamplePattern& pattern,
                           uint32_t triangle) const;
   double motionInTile(int tile, const SE3& begin, const SE3& middle, const SE3& end) const;
@@ -146,9 +152,7 @@ void RayRenderer::State::traceCenters(int tile, const CameraFrame& frame, Image<
       depth[lane] = planeDepth(triangle, packet.x[lane], packet.y[lane], hits.t[lane]);
       id[lane] = scene->triangles[triangle].instance;
     }
-    const int first = hits.triangle[0];
-    const bool single = simd::bits(hits.mask & (hits.triangle == splat(first))) == 255;
-    truth.put(x, y, depth, id, single ? first : -1);
+    truth.put(x, y, depth, id, simd::select(hits.mask, hits.triangle, splat(-1)), valid);
     if (draft == nullptr || packet.valid == 0) continue;
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
@@ -199,19 +203,22 @@ void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
   const double way =
       motion.blur ? motionInTile(tile, exposure_poses[0], exposure_poses[1], exposure_poses[2]) : 0;
   const SamplePattern& pattern = patterns[way < 3.5 ? 0 : way < 8 ? 1 : 2];
-  // Samples stray from the pixel by half the way and half a pixel; packets are two rows high.
-  const int rows = static_cast<int>(std::ceil((way / 2 + 0.5) / 2 + 0.01));
-  const bool may_skip_traversal = way / 2 + 0.5 < 4;
+  // Samples stray from the pixel by half the way and half a pixel.
+  const double stray = way / 2 + 0.51;
+  const int columns = static_cast<int>(std::ceil(std::min(stray, 99.0) / kPacketWidth)),
+            rows = static_cast<int>(std::ceil(std::min(stray, 99.0) / kPacketHeight));
   for (int p = 0; p < kPacketsPerTile; ++p) {
     const PacketRays& packet = table.packet(tile, p);
     if (packet.valid == 0) continue;
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    const int triangle = may_skip_traversal ? truth.commonTriangle(x, y, rows) : -1;
+    std::optional<VisibleTriangles> around;
+    if (stray < kMostStray_px) around = truth.trianglesAround(x, y, columns, rows);
+    const bool edge = truth.hasEdge(x, y, camera.width(), camera.height());
     Vector8 color;
-    if (triangle >= 0)
-      color = colorOfTriangle(packet, pattern, static_cast<uint32_t>(triangle));
+    if (around && around->count == 1 && !around->nothing)
+      color = colorOfTriangle(packet, pattern, static_cast<uint32_t>(around->triangle[0]));
     else
-      color = colorPacket(packet, pattern, truth.hasEdge(x, y, camera.width(), camera.height()));
+      color = colorPacket(packet, pattern, edge, around);
     for (int lane = 0; lane < 8; ++lane)
       if (packet.valid >> lane & 1)
         radiance(x + laneX(lane), y + laneY(lane)) = {color.x[lane], color.y[lane], color.z[lane]};
@@ -227,18 +234,56 @@ RayPacket raysOf(const PacketRays& packet, const PixelSample& s) {
           simd::splat3(s.axis_x) * x + simd::splat3(s.axis_y) * y + simd::splat3(s.axis_z)};
 }
 
+// The nearest hits of a packet's samples. Where the pixels around show but a few triangles, these
+// are tried first; a ray that misses them all is traced.
+class ClosestHits {
+ public:
+  ClosestHits(const RenderScene& scene, const std::optional<VisibleTriangles>& around, Int8 active)
+      : scene_(scene), active_(active) {
+    if (!around) return;
+    count_ = around->count;
+    may_miss_ = around->nothing;
+    for (int k = 0; k < count_; ++k)
+      triangles_[static_cast<size_t>(k)] = shading::SingleTriangle(
+          scene, static_cast<uint32_t>(around->triangle[static_cast<size_t>(k)]));
+  }
+
+  PacketHits operator()(const RayPacket& rays) const {
+    if (count_ > 0) {
+      PacketHits hits;
+      hits.t = splat(std::numeric_limits<float>::infinity());
+      hits.u = hits.v = splat(0.f);
+      hits.normal = simd::splat3(0, 0, 1);
+      hits.triangle = hits.mask = splat(0);
+      for (int k = 0; k < count_; ++k)
+        triangles_[static_cast<size_t>(k)].merge(rays, active_, hits);
+      if (may_miss_ || simd::bits(active_ & ~hits.mask) == 0) return hits;
+    }
+    return scene_.quick_bvh->closest(rays, active_, splat(0.f), true);
+  }
+
+ private:
+  const RenderScene& scene_;
+  Int8 active_;
+  int count_ = 0;
+  bool may_miss_ = false;
+  std::array<shading::SingleTriangle, VisibleTriangles::kMost> triangles_;
+};
+
 }  // namespace
 
 Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const SamplePattern& pattern,
-                                        bool edge) const {
+                                        bool edge,
+                                        const std::optional<VisibleTriangles>& around) const {
   const Int8 valid = maskOfBits(packet.valid);
   const Float8 pixel = splat(packet.pixel * pattern.footprint);
   const float step = 1.f / static_cast<float>(pattern.base.size());
+  const ClosestHits closest(*scene, around, valid);
   Vector8 sum = simd::splat3(0, 0, 0);
   Float8 darkest = splat(1e30f), lightest = splat(0.f);
   const auto add = [&](const PixelSample& sample) {
     const RayPacket rays = raysOf(packet, sample);
-    const PacketHits hits = scene->quick_bvh->closest(rays, valid, splat(0.f), true);
+    const PacketHits hits = closest(rays);
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
       const Surface surface = shading::surfaceAt<1>(*scene, rays, hits, pixel, sample.dither);
@@ -269,7 +314,7 @@ Vector8 RayRenderer::State::colorOfTriangle(const PacketRays& packet, const Samp
   Vector8 sum = simd::splat3(0, 0, 0);
   for (const PixelSample& sample : pattern.base) {
     const RayPacket rays = raysOf(packet, sample);
-    const PacketHits hits = plane.closest(rays, valid);
+    const PacketHits hits = plane.plane(rays, valid);
     const Surface surface = shading::surfaceAt<1>(*scene, data, rays, hits, pixel, sample.dither);
     sum = sum + simd::min(shading::radianceOf(*scene, rays, hits, surface), splat(brightest));
   }

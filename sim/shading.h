@@ -172,18 +172,20 @@ inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t,
   return bilinear(scene, t, level, u, v);
 }
 
-// Rays that are known to meet one triangle need no traversal.
+// One triangle against eight rays: cheaper than traversal where it is known what can be hit.
 class SingleTriangle {
  public:
+  SingleTriangle() = default;
   SingleTriangle(const RenderScene& scene, uint32_t triangle)
-      : triangle_(static_cast<int>(triangle)) {
-    p0_ = scene.corner(triangle, 0);
+      : triangle_(static_cast<int>(triangle)), p0_(scene.corner(triangle, 0)) {
     const Vector3f e1 = scene.corner(triangle, 1) - p0_, e2 = scene.corner(triangle, 2) - p0_;
     n_ = e1.cross(e2);
     u_ = e2.cross(n_) / n_.squaredNorm();
     v_ = n_.cross(e1) / n_.squaredNorm();
   }
-  PacketHits closest(const RayPacket& rays, Int8 active) const {
+
+  // The plane's hits; they may lie outside the triangle.
+  PacketHits plane(const RayPacket& rays, Int8 active) const {
     const Vector8 n = simd::splat3(n_), p0 = simd::splat3(p0_);
     PacketHits hits;
     hits.t = dot(n, p0 - rays.origin) / dot(n, rays.direction);
@@ -196,8 +198,22 @@ class SingleTriangle {
     return hits;
   }
 
+  // Takes the triangle's hits into `nearest` where they are nearer.
+  void merge(const RayPacket& rays, Int8 active, PacketHits& nearest) const {
+    constexpr float kSlack = 1e-4f;  // no gap between neighbours
+    PacketHits hits = plane(rays, active);
+    hits.mask &= (hits.u >= -kSlack) & (hits.v >= -kSlack) & (hits.u + hits.v <= 1 + kSlack) &
+                 (hits.t < nearest.t);
+    nearest.t = simd::select(hits.mask, hits.t, nearest.t);
+    nearest.u = simd::select(hits.mask, hits.u, nearest.u);
+    nearest.v = simd::select(hits.mask, hits.v, nearest.v);
+    nearest.normal = simd::select(hits.mask, hits.normal, nearest.normal);
+    nearest.triangle = simd::select(hits.mask, hits.triangle, nearest.triangle);
+    nearest.mask |= hits.mask;
+  }
+
  private:
-  int triangle_;
+  int triangle_ = 0;
   Vector3f p0_, n_, u_, v_;  // u = u_ . (p - p0), v alike
 };
 

@@ -11,10 +11,19 @@ TruthBuffer::TruthBuffer(int padded_width, int padded_height)
       depth_(static_cast<size_t>(padded_width) * static_cast<size_t>(padded_height)),
       inverse_depth_(depth_.size()),
       instance_(depth_.size()),
-      packet_triangle_(depth_.size() / 8) {}
+      packets_(depth_.size() / 8) {}
 
-void TruthBuffer::put(int x, int y, simd::Float8 depth_m, simd::Int8 instance, int triangle) {
-  packet_triangle_[static_cast<size_t>(y / 2 * (stride_ / 4) + x / 4)] = triangle;
+void TruthBuffer::put(int x, int y, simd::Float8 depth_m, simd::Int8 instance, simd::Int8 triangle,
+                      simd::Int8 valid) {
+  VisibleTriangles visible;
+  for (int lane = 0; lane < 8 && visible.count <= VisibleTriangles::kMost; ++lane) {
+    if (!valid[lane]) continue;
+    if (triangle[lane] < 0)
+      visible.nothing = true;
+    else
+      visible.add(triangle[lane]);
+  }
+  packets_[static_cast<size_t>(y / 2 * (stride_ / 4) + x / 4)] = visible;
   const simd::Float8 inverse = simd::select(depth_m > 0.f, 1.f / depth_m, simd::splat(0.f));
   for (int row = 0; row < 2; ++row) {
     const auto copy = [row](auto* to, const auto& v) {
@@ -45,16 +54,23 @@ bool TruthBuffer::hasEdge(int x, int y, int width, int height) const {
   return differs != 0 || bend > kBend * z[0];
 }
 
-int TruthBuffer::commonTriangle(int x, int y, int rows) const {
-  const int columns = stride_ / 4, all_rows = static_cast<int>(packet_triangle_.size()) / columns;
+std::optional<VisibleTriangles> TruthBuffer::trianglesAround(int x, int y, int columns,
+                                                             int rows) const {
+  const int all_columns = stride_ / 4, all_rows = static_cast<int>(packets_.size()) / all_columns;
   const int column = x / 4, row = y / 2;
-  if (column < 1 || column + 1 >= columns || row < rows || row + rows >= all_rows) return -1;
-  const int* center = &packet_triangle_[static_cast<size_t>(row * columns + column)];
-  const int triangle = *center;
+  if (column < columns || column + columns >= all_columns || row < rows || row + rows >= all_rows)
+    return std::nullopt;
+  const VisibleTriangles* center = &packets_[static_cast<size_t>(row * all_columns + column)];
+  VisibleTriangles all = *center;
   for (int r = -rows; r <= rows; ++r)
-    for (int c = -1; c <= 1; ++c)
-      if (center[r * columns + c] != triangle) return -1;
-  return triangle;
+    for (int c = -columns; c <= columns; ++c) {
+      const VisibleTriangles& one = center[r * all_columns + c];
+      if (one.count > VisibleTriangles::kMost) return std::nullopt;
+      for (int k = 0; k < one.count; ++k) all.add(one.triangle[static_cast<size_t>(k)]);
+      if (all.count > VisibleTriangles::kMost) return std::nullopt;
+      all.nothing |= one.nothing;
+    }
+  return all;
 }
 
 void TruthBuffer::copyTo(RenderedFrame& frame, int width, int height) const {
