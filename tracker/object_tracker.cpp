@@ -53,6 +53,7 @@ class EdgeTracker::Implementation {
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
   Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
+  Estimate refineStart(const SE3& start);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
   double edgeScore(const SE3& T) const;
   void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
@@ -67,9 +68,6 @@ class EdgeTracker::Implementation {
   SE3 toObject(const SE3& T_camera_model) const;
   std::vector<int> searchRanges() const {
     return {options_.wide_search_px, options_.narrow_search_px};
-  }
-  std::vector<int> startSearchRanges() const {
-    return {options_.start_search_px, options_.wide_search_px, options_.narrow_search_px};
   }
 
   const TrackerOptions options_;
@@ -126,8 +124,8 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
 
   const double needed = state_ == State::kTracking ? options_.claim_health : options_.start_health;
   const SE3 predicted = predict(frame.timestamp_ns);
-  Estimate estimate = start ? refine(predicted, startSearchRanges())
-                            : refine(alignFromLast(predicted), searchRanges());
+  Estimate estimate =
+      start ? refineStart(predicted) : refine(alignFromLast(predicted), searchRanges());
   bool good = estimate.health.value >= needed;
   if (!good && direct_.ready()) {
     Estimate rescued = rescue(predicted, static_cast<uint32_t>(frame.index));
@@ -220,6 +218,19 @@ Estimate EdgeTracker::Implementation::refine(const SE3& start,
   }
   estimate.health = assessHealth(samples.size(), estimate.observations, texture_, options_);
   return estimate;
+}
+
+// A given start may be off by a hair or by many pixels, where a wide search finds too much: the
+// ranges that lead to the best agreement are right.
+Estimate EdgeTracker::Implementation::refineStart(const SE3& start) {
+  Estimate best = refine(start, searchRanges());
+  for (std::vector<int> ranges : {std::vector<int>{options_.start_search_px}, std::vector<int>{}}) {
+    ranges.push_back(ranges.empty() ? options_.narrow_search_px : options_.wide_search_px);
+    ranges.push_back(options_.narrow_search_px);
+    Estimate other = refine(start, ranges);
+    if (other.health.value > best.health.value) best = std::move(other);
+  }
+  return best;
 }
 
 // Random poses around the prediction and around the last pose are screened by their grey values

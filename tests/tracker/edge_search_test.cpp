@@ -1,0 +1,226 @@
+#include "tracker/edge_search.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/random.h"
+#include "tests/tracker/box_scene.h"
+
+namespace diorama {
+namespace {
+
+// Nothing hides anything.
+class NoRays : public RayQuery {
+ public:
+  void occluded(int, const Vector3d&, std::span<const Vector3d>,
+                std::span<uint8_t> occluded) const override {
+    std::fill(occluded.begin(), occluded.end(), uint8_t{0});
+  }
+  std::optional<RayHit> closestHit(int, const Vector3d&, const Vector3d&) const override {
+    return std::nullopt;
+  }
+};
+
+// A long thin sheet: its two long edges are 0.2 m apart.
+Mesh sheet() {
+  Mesh mesh;
+  mesh.positions = {{-0.2f, -0.1f, 0}, {0.2f, -0.1f, 0}, {0.2f, 0.1f, 0}, {-0.2f, 0.1f, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+Mesh cylinder(int sides, float radius, float height) {
+  Mesh mesh;
+  for (int i = 0; i < sides; ++i) {
+    const float a =
+        2 * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(sides);
+    for (const float z : {-height / 2, height / 2})
+      mesh.positions.emplace_back(radius * std::cos(a), radius * std::sin(a), z);
+    const int j = (i + 1) % sides;
+    mesh.triangles.emplace_back(2 * i, 2 * j, 2 * j + 1);
+    mesh.triangles.emplace_back(2 * i, 2 * j + 1, 2 * i + 1);
+  }
+  return mesh;
+}
+
+double blurredStep(double distance_px, double sigma_px) {
+  return 0.5 * (1 + std::erf(distance_px / (std::numbers::sqrt2 * sigma_px)));
+}
+
+TEST(ProfileEdges, SubPixelPlaceOfABlurredStep) {
+  for (const double sigma : {0.7, 1.0, 1.6, 2.5})
+    for (double place = -2; place <= 2; place += 0.1) {
+      float profile[23];
+      for (int i = 0; i < 23; ++i)
+        profile[i] = static_cast<float>(60 + 100 * blurredStep(i - 11 - place, sigma));
+      EdgeCandidate found[3];
+      ASSERT_EQ(findProfileEdges(profile, 23, 6, found, 3), 1) << sigma << ' ' << place;
+      EXPECT_NEAR(found[0].offset_px, place, 0.05) << sigma;
+      EXPECT_GT(found[0].contrast.gradient, 0);
+      EXPECT_GT(found[0].contrast.after, found[0].contrast.before);
+    }
+}
+
+TEST(ProfileEdges, KeepsTheStrongest) {
+  float profile[41];
+  const double places[] = {-12, -6, 0, 6, 12}, heights[] = {30, -60, 40, 80, -20};
+  for (int i = 0; i < 41; ++i) {
+    double grey = 100;
+    for (int k = 0; k < 5; ++k) grey += heights[k] * blurredStep(i - 20 - places[k], 1);
+    profile[i] = static_cast<float>(grey);
+  }
+  EdgeCandidate found[3];
+  ASSERT_EQ(findProfileEdges(profile, 41, 6, found, 3), 3);
+  double sum = 0;
+  for (const EdgeCandidate& c : found) sum += std::abs(c.offset_px);
+  EXPECT_NEAR(sum, 12, 0.2);  // -6, 0 and 6
+  EdgeCandidate all[8];
+  EXPECT_EQ(findProfileEdges(profile, 41, 6, all, 8), 5);
+  EXPECT_EQ(findProfileEdges(profile, 41, 18, all, 8), 2);
+}
+
+TEST(ProfileEdges, FlatProfilesHaveNone) {
+  float profile[23];
+  std::fill(std::begin(profile), std::end(profile), 77.f);
+  EdgeCandidate found[3];
+  EXPECT_EQ(findProfileEdges(profile, 23, 6, found, 3), 0);
+  EXPECT_EQ(findProfileEdges(profile, 23, 0.f, found, 3), 0);
+}
+
+// The sheet fills a half plane of the image whose outline is moved by `shift_px`, at any angle.
+class EdgeSearchAngle : public testing::TestWithParam<double> {};
+
+TEST_P(EdgeSearchAngle, FindsAnEdgeToATwentiethOfAPixel) {
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(sheet(), options);
+  const Camera camera(
+      CameraParameters{CameraModel::kPinhole, 320, 240, 300, 300, 160.3, 119.6, {}});
+  const NoRays rays;
+  const EdgeSearch search(model, camera, rays, 0, options);
+  const std::vector<Contrast> memory(model.samples.size());
+  const SE3 T{expSO3(Vector3d(0, 0, GetParam())), Vector3d(0.01, -0.013, 1)};
+  // The upper long edge, y = 0.1 m, is 30 px from the centre along the turned y axis.
+  const Vector2d across(-std::sin(GetParam()), std::cos(GetParam()));
+  const Vector2d on_edge = *camera.project(T * Vector3d(0, 0.1, 0));
+  for (const double shift : {-3.3, -0.62, 0.0, 0.25, 1.4, 4.8}) {
+    Image<uint8_t> image(320, 240);
+    for (int y = 0; y < 240; ++y)
+      for (int x = 0; x < 320; ++x)
+        image(x, y) = static_cast<uint8_t>(
+            60.5 + 120 * blurredStep(across.dot(Vector2d(x, y) - on_edge) - shift, 1.0));
+    int count = 0;
+    const std::vector<int> samples = search.visibleSamples(T);
+    for (const EdgeObservation& o : search.search(image, T, samples, memory, 8)) {
+      const EdgeSample& s = model.samples[static_cast<size_t>(o.sample)];
+      if (s.p.y() < 0.099 || std::abs(s.p.x()) > 0.19) continue;
+      ASSERT_EQ(o.candidate_count, 1);
+      EXPECT_NEAR(o.normal.dot(across) * o.candidates[0].offset_px, shift, 0.05);
+      ++count;
+    }
+    EXPECT_GT(count, 8);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Angles, EdgeSearchAngle, testing::Values(0.0, 0.2, 0.785, 1.4, 2.5));
+
+TEST(EdgeSearch, CylinderShowsItsSilhouette) {
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(cylinder(64, 0.04f, 0.2f), options);
+  const Camera camera(CameraParameters{CameraModel::kPinhole, 640, 480, 500, 500, 320, 240, {}});
+  const NoRays rays;
+  const EdgeSearch search(model, camera, rays, 0, options);
+  const double distance = 0.6;
+  // Seen from the side, the axis upright in the image.
+  const SE3 T{expSO3(Vector3d(std::numbers::pi / 2, 0, 0)), Vector3d(0, 0, distance)};
+  const Vector3d eye = T.inverse().translation;
+  int left = 0, right = 0;
+  for (const int i : search.visibleSamples(T)) {
+    const EdgeSample& s = model.samples[static_cast<size_t>(i)];
+    if (model.edges[static_cast<size_t>(s.edge)].kind != EdgeKind::kSmooth) continue;
+    // The rim is where the surface turns away: within one side of the mesh of grazing.
+    const Vector3d normal = Vector3d(s.p.x(), s.p.y(), 0).normalized();
+    EXPECT_LT(std::abs(normal.dot((s.p - eye).normalized())), 2 * std::numbers::pi / 64);
+    (s.p.x() < 0 ? left : right)++;
+  }
+  EXPECT_GT(left, 5);
+  EXPECT_GT(right, 5);
+}
+
+TEST(EdgeSearch, HiddenSamplesAreLeftOut) {
+  const test::BoxScene scene;
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(test::boxMesh(), options);
+  const EdgeSearch search(model, scene.camera, scene.rays, 0, options);
+  const SE3 T = test::boxPose() * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
+  const Vector3d eye = T.inverse().translation;
+  const std::vector<int> samples = search.visibleSamples(T);
+  EXPECT_GT(samples.size(), 60u);
+  for (const int i : samples) {  // one of the two faces must look at the camera
+    const ModelEdge& e =
+        model.edges[static_cast<size_t>(model.samples[static_cast<size_t>(i)].edge)];
+    const Vector3d view = model.samples[static_cast<size_t>(i)].p - eye;
+    const Vector3d p = model.samples[static_cast<size_t>(i)].p;
+    const double out1 = p.dot(e.n1) > 0 ? 1 : -1, out2 = p.dot(e.n2) > 0 ? 1 : -1;
+    EXPECT_TRUE(out1 * e.n1.dot(view) < 0 || out2 * e.n2.dot(view) < 0);
+  }
+}
+
+// r(T exp(xi)) of single observations, through the lens distortion.
+TEST(EdgeCue, JacobianAgreesWithDifferences) {
+  const test::BoxScene scene;
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(test::boxMesh(), options);
+  const SE3 T = test::boxPose(0.3) * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
+  const Random random(1, RandomStream::kTest);
+  for (int i = 0; i < 40; ++i) {
+    const auto u = random.uniform(0, static_cast<uint64_t>(i));
+    EdgeObservation o;
+    o.sample = static_cast<int>(u[0] * static_cast<double>(model.samples.size()));
+    o.u_px = *scene.camera.project(T * model.samples[static_cast<size_t>(o.sample)].p);
+    o.normal = Vector2d(std::cos(7 * u[1]), std::sin(7 * u[1]));
+    o.candidate_count = 1;
+    o.candidates[0].offset_px = 0.2 + u[2];
+    std::vector<EdgeObservation> observations = {o};
+    constexpr double sigma = 10;  // far above the residual: weight and scale are known
+    EdgeCue cue(model, scene.camera, options, observations, sigma);
+    const auto residual = [&](const Vector6d& xi) {
+      cue.linearise(T * exp(xi));
+      return observations[0].residual_px;
+    };
+    const CueEquations equations = cue.linearise(T);
+    const double r = observations[0].residual_px;
+    const double weight = tukeyWeight(r / sigma, options.tukey_constant) / (sigma * sigma);
+    for (int k = 0; k < 6; ++k) {
+      constexpr double h = 1e-6;
+      const Vector6d xi = h * Vector6d::Unit(k);
+      const double numeric = (residual(xi) - residual(-xi)) / (2 * h);
+      EXPECT_NEAR(equations.gradient[k] / (weight * r), numeric, 1e-5 * (1 + std::abs(numeric)));
+      EXPECT_NEAR(equations.hessian(k, k) / weight, numeric * numeric,
+                  1e-4 * (1 + numeric * numeric));
+    }
+  }
+}
+
+TEST(EdgeCue, UnfamiliarCandidatesArePenalisedNotForbidden) {
+  const test::BoxScene scene;
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(test::boxMesh(), options);
+  const SE3 T = test::boxPose() * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
+  EdgeObservation o;
+  o.u_px = *scene.camera.project(T * model.samples[0].p);
+  o.normal = Vector2d(1, 0);
+  o.candidate_count = 2;
+  o.candidates[0] = {0.5, {}, false};
+  o.candidates[1] = {-2.0, {}, true};
+  std::vector<EdgeObservation> observations = {o};
+  EdgeCue cue(model, scene.camera, options, observations, 1);
+  cue.linearise(T);
+  EXPECT_EQ(observations[0].chosen, 1);
+  observations[0].candidate_count = 1;
+  cue.linearise(T);
+  EXPECT_EQ(observations[0].chosen, 0);
+}
+
+}  // namespace
+}  // namespace diorama
