@@ -13,6 +13,7 @@ constexpr int kProfileMargin = 3;  // px on each side, for the derivative and th
 constexpr int kMaxRange = 32;      // px; the paper's maximum error
 constexpr int kMaxCandidatesFound = 2 * kMaxRange + 1;
 constexpr double kImageMargin = 6;  // px; samples nearer to the outline are not looked for
+constexpr int kCell = 4;            // px
 constexpr int kTangentTaps = 1;     // on each side: profiles are averaged over 3 parallels
 
 bool stronger(const EdgeCandidate& a, const EdgeCandidate& b) {
@@ -70,41 +71,54 @@ EdgeSearch::EdgeSearch(const EdgeModel& model, const Camera& camera, const RayQu
 
 std::vector<int> EdgeSearch::visibleSamples(const SE3& T) const {
   const Vector3d eye = T.inverse().translation;
+  std::vector<int> samples = samplesInImage(T, eye);
+  std::vector<Vector3d> points(samples.size());
+  std::vector<uint8_t> hidden(samples.size());
+  for (size_t i = 0; i < samples.size(); ++i)
+    points[i] = model_.samples[static_cast<size_t>(samples[i])].p + model_.centre_object;
+  rays_.occluded(object_, eye + model_.centre_object, points, hidden);
+  size_t kept = 0;
+  for (size_t i = 0; i < samples.size(); ++i)
+    if (!hidden[i]) samples[kept++] = samples[i];
+  samples.resize(kept);
+  const size_t limit = static_cast<size_t>(options_.max_samples);
+  if (samples.size() > limit) {  // evenly thinned
+    for (size_t i = 0; i < limit; ++i) samples[i] = samples[i * kept / limit];
+    samples.resize(limit);
+  }
+  return samples;
+}
+
+// Samples that project into the image, whether hidden or not, but one at most per small cell:
+// rounded creases of a model are several edges side by side, which see the same image edge. Contour
+// edges come first, since their place does not depend on the light.
+std::vector<int> EdgeSearch::samplesInImage(const SE3& T, const Vector3d& eye) const {
   const Matrix3d R = T.rotationMatrix();
   const double depth = std::max(T.translation.z(), 0.1 * model_.diameter);
   const double spacing_px = model_.sample_spacing * std::max(camera_.fx(), camera_.fy()) / depth;
   const int stride =
       std::clamp(static_cast<int>(std::lround(options_.sample_step_px / spacing_px)), 1, 1024);
 
-  std::vector<int> inside;
-  for (const ModelEdge& edge : model_.edges) {
-    if (edge.kind == EdgeKind::kSmooth) {
+  Image<uint8_t> taken(camera_.width() / kCell + 1, camera_.height() / kCell + 1);
+  std::vector<int> samples;
+  for (const bool contour : {true, false})
+    for (const ModelEdge& edge : model_.edges) {
       const Vector3d view = model_.vertices[static_cast<size_t>(edge.a)] - eye;
-      if (edge.n1.dot(view) * edge.n2.dot(view) > 0) continue;
+      const bool on_contour =
+          edge.kind == EdgeKind::kBoundary || edge.n1.dot(view) * edge.n2.dot(view) <= 0;
+      if (on_contour != contour || (edge.kind == EdgeKind::kSmooth && !contour)) continue;
+      for (int k = std::min(stride, edge.sample_count) / 2; k < edge.sample_count; k += stride) {
+        const int index = edge.first_sample + k;
+        const auto u =
+            camera_.project(R * model_.samples[static_cast<size_t>(index)].p + T.translation);
+        if (!u || !camera_.contains(*u, kImageMargin)) continue;
+        uint8_t& cell = taken(static_cast<int>(u->x()) / kCell, static_cast<int>(u->y()) / kCell);
+        if (cell) continue;
+        cell = 1;
+        samples.push_back(index);
+      }
     }
-    for (int k = std::min(stride, edge.sample_count) / 2; k < edge.sample_count; k += stride) {
-      const int index = edge.first_sample + k;
-      const auto u =
-          camera_.project(R * model_.samples[static_cast<size_t>(index)].p + T.translation);
-      if (u && camera_.contains(*u, kImageMargin)) inside.push_back(index);
-    }
-  }
-  const size_t limit = static_cast<size_t>(options_.max_samples);
-  if (inside.size() > limit) {  // evenly thinned
-    for (size_t i = 0; i < limit; ++i) inside[i] = inside[i * inside.size() / limit];
-    inside.resize(limit);
-  }
-
-  std::vector<Vector3d> points(inside.size());
-  std::vector<uint8_t> hidden(inside.size());
-  for (size_t i = 0; i < inside.size(); ++i)
-    points[i] = model_.samples[static_cast<size_t>(inside[i])].p + model_.centre_object;
-  rays_.occluded(object_, eye + model_.centre_object, points, hidden);
-  size_t kept = 0;
-  for (size_t i = 0; i < inside.size(); ++i)
-    if (!hidden[i]) inside[kept++] = inside[i];
-  inside.resize(kept);
-  return inside;
+  return samples;
 }
 
 std::optional<EdgeSearch::Line> EdgeSearch::projectSample(const SE3& T, const Matrix3d& R,
@@ -218,7 +232,7 @@ CueEquations EdgeCue::linearise(const SE3& T) {
     const double weight = tukeyWeight(o.residual_px / equations.sigma_px, options_.tukey_constant);
     if (weight > 0)
       equations.add(jacobians[i], o.residual_px,
-                    weight / (equations.sigma_px * equations.sigma_px));
+                    weight / (equations.sigma_px * equations.sigma_px * options_.edge_correlation));
   }
   return equations;
 }

@@ -60,6 +60,8 @@ class EdgeSearch {
                                       const std::vector<Contrast>& memory, int range_px) const;
 
  private:
+  std::vector<int> samplesInImage(const SE3& T_camera_model, const Vector3d& eye) const;
+
   struct Line;  // a projected sample with its normal
   std::optional<Line> projectSample(const SE3& T_camera_model, const Matrix3d& R, int sample) const;
   bool observe(const Image<uint8_t>& image, const Line& line, const Contrast& remembered,

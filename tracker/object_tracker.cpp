@@ -33,7 +33,8 @@ constexpr double kUnknownSigmaRad = 1.0;
 // A pose with everything that was found out about it.
 struct Estimate {
   SE3 T_camera_model;
-  Matrix6d hessian = Matrix6d::Zero();
+  Matrix6d covariance = Matrix6d::Identity();
+  CueEquations edges;
   std::vector<EdgeObservation> observations;
   TrackHealth health;
 };
@@ -214,7 +215,9 @@ Estimate EdgeTracker::Implementation::refine(const SE3& start,
     Cue* const cues[] = {&edges, &texture_};
     const PoseSolution solution = solvePose(T, cues, limits);
     T = solution.T_camera_model;
-    estimate.hessian = solution.hessian;
+    estimate.edges = solution.cues[0];
+    estimate.covariance =
+        covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
   }
   estimate.health = assessHealth(samples.size(), estimate.observations, texture_, options_);
   return estimate;
@@ -287,8 +290,9 @@ double EdgeTracker::Implementation::edgeScore(const SE3& T) const {
 void EdgeTracker::Implementation::remember(const Estimate& estimate) {
   learnContrast(estimate.observations);
   direct_.setReference(image_, T_last_);
+  texture_.correctKeyframe(estimate.edges);
   if (texture_.empty() || texture_.keyframeNeeded(T_last_))
-    texture_.setKeyframe(image_.level(0), T_last_);
+    texture_.setKeyframe(image_.level(0), T_last_, estimate.covariance);
 }
 
 void EdgeTracker::Implementation::learnContrast(const std::vector<EdgeObservation>& observations) {
@@ -311,9 +315,7 @@ ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame, const 
   m.object = object_name_;
   m.timestamp_ns = frame.timestamp_ns;
   m.T_camera_object = toObject(estimate.T_camera_model);
-  const Matrix6d covariance =
-      options_.covariance_inflation *
-      covarianceFromHessian(estimate.hessian, kUnknownSigmaM, kUnknownSigmaRad);
+  const Matrix6d& covariance = estimate.covariance;
   // T_camera_object = T_camera_model * shift, and exp(xi) moves through the shift by its adjoint.
   const Matrix6d move = adjoint(SE3{Eigen::Quaterniond::Identity(), model_.centre_object});
   m.covariance = move * covariance * move.transpose();

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace diorama {
 
@@ -22,29 +23,48 @@ double robustScale(std::vector<double>& values) {
   return 1.4826 * *middle;  // Rousseeuw and Croux 1993
 }
 
-PoseSolution solvePose(const SE3& start, std::span<Cue* const> cues, const SolverLimits& limits) {
-  PoseSolution solution{start, Matrix6d::Zero()};
-  for (int iteration = 0; iteration < limits.iterations; ++iteration) {
-    CueEquations sum;
-    for (Cue* cue : cues) {
-      const CueEquations equations = cue->linearise(solution.T_camera_model);
-      sum.hessian += equations.hessian;
-      sum.gradient += equations.gradient;
-      sum.residuals += equations.residuals;
-    }
-    solution.hessian = sum.hessian;
-    if (sum.residuals < limits.min_residuals) break;
+namespace {
 
-    Matrix6d damped = sum.hessian;
-    damped.diagonal() *= 1 + limits.damping;
-    const Vector6d step = -damped.ldlt().solve(sum.gradient);
-    if (!step.allFinite() || step.head<3>().norm() > limits.model_diameter) break;
-    const SE3 next = solution.T_camera_model * exp(step);
+// The Gauss-Newton step of all cues together; nothing when they do not determine one.
+std::optional<Vector6d> stepOf(const std::vector<CueEquations>& cues, const SolverLimits& limits) {
+  CueEquations sum;
+  for (const CueEquations& cue : cues) {
+    sum.hessian += cue.hessian;
+    sum.gradient += cue.gradient;
+    sum.residuals += cue.residuals;
+  }
+  if (sum.residuals < limits.min_residuals) return std::nullopt;
+  sum.hessian.diagonal() *= 1 + limits.damping;
+  const Vector6d step = -sum.hessian.ldlt().solve(sum.gradient);
+  if (!step.allFinite() || step.head<3>().norm() > limits.model_diameter) return std::nullopt;
+  return step;
+}
+
+}  // namespace
+
+Matrix6d PoseSolution::hessian() const {
+  Matrix6d sum = Matrix6d::Zero();
+  for (const CueEquations& cue : cues) sum += cue.hessian;
+  return sum;
+}
+
+PoseSolution solvePose(const SE3& start, std::span<Cue* const> cues, const SolverLimits& limits) {
+  PoseSolution solution{start, {}};
+  const auto linearise = [&] {
+    solution.cues.clear();
+    for (Cue* cue : cues) solution.cues.push_back(cue->linearise(solution.T_camera_model));
+  };
+  linearise();
+  for (int iteration = 0; iteration < limits.iterations; ++iteration) {
+    const std::optional<Vector6d> step = stepOf(solution.cues, limits);
+    if (!step) break;
+    const SE3 next = solution.T_camera_model * exp(*step);
     // Nearer than a fifth of its size the object surrounds the camera.
     if (!next.isFinite() || next.translation.z() < 0.2 * limits.model_diameter) break;
     solution.T_camera_model = next;
-    const double distance = next.translation.z();
-    if (step.tail<3>().norm() < 1e-5 && step.head<3>().norm() < 1e-5 * distance) break;
+    linearise();
+    if (step->tail<3>().norm() < 1e-5 && step->head<3>().norm() < 1e-5 * next.translation.z())
+      break;
   }
   return solution;
 }

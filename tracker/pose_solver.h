@@ -10,7 +10,8 @@
 namespace diorama {
 
 // What one cue says about the pose near T_camera_model, in the right tangent [rho, phi]. Residuals
-// are divided by their robust scale, so that cues add.
+// are divided by their robust scale, and correlated ones count less, so that cues add and the
+// Hessian is the information that they hold.
 struct CueEquations {
   Matrix6d hessian = Matrix6d::Zero();   // sum w J^T J / sigma^2
   Vector6d gradient = Vector6d::Zero();  // sum w J^T r / sigma^2
@@ -53,7 +54,10 @@ struct SolverLimits {
 
 struct PoseSolution {
   SE3 T_camera_model;
-  Matrix6d hessian = Matrix6d::Zero();  // at the last step, without damping
+  std::vector<CueEquations> cues;  // of each cue at the returned pose
+
+  // Of all cues together: the inverse of the pose's covariance.
+  Matrix6d hessian() const;
 };
 
 // Never returns a pose that is not finite or behind the camera: a step that leads there is not

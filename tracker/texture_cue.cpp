@@ -1,5 +1,6 @@
 #include "tracker/texture_cue.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -24,9 +25,11 @@ TextureCue::TextureCue(const EdgeModel& model, const Camera& camera, const RayQu
                        int object, const TrackerOptions& options)
     : model_(model), camera_(camera), rays_(rays), object_(object), options_(options) {}
 
-void TextureCue::setKeyframe(const Image<uint8_t>& image, const SE3& T) {
+void TextureCue::setKeyframe(const Image<uint8_t>& image, const SE3& T,
+                             const Matrix6d& covariance) {
   patches_.clear();
   T_keyframe_ = T;
+  keyframe_covariance_ = covariance;
   if (options_.texture_patches == 0) return;
   const Matrix3d R = T.rotationMatrix();
   Vector2d low(1e9, 1e9), high(-1e9, -1e9);
@@ -211,12 +214,48 @@ CueEquations TextureCue::linearise(const SE3& T) {
     if (!patches_[i].found) continue;
     const double weight =
         tukeyWeight(patches_[i].distance_px / equations.sigma_px, options_.tukey_constant) /
-        (equations.sigma_px * equations.sigma_px);
+        (equations.sigma_px * equations.sigma_px * options_.texture_correlation);
     if (!(weight > 0)) continue;
     const auto& [J, r] = terms[i];
     for (int k = 0; k < 2; ++k) equations.add(J.row(k).transpose(), r[k], weight);
   }
+  given_keyframe_ = equations;
+  // The patches see the pose T exp(x) exp(e) with the keyframe's error e ~ N(0, P). Minimised over
+  // e, (x + e)' H (x + e) / 2 + g' (x + e) + e' P^-1 e / 2 has Hessian (I + H P)^-1 H and gradient
+  // (I + H P)^-1 g.
+  const Eigen::PartialPivLU<Matrix6d> discount(
+      Matrix6d(Matrix6d::Identity() + equations.hessian * keyframe_covariance_));
+  const Matrix6d hessian = discount.solve(equations.hessian);
+  equations.hessian = 0.5 * (hessian + hessian.transpose());
+  equations.gradient = discount.solve(equations.gradient).eval();
   return equations;
+}
+
+// The same cost with the other cue's x' Ho x / 2 + go' x, minimised over x instead.
+void TextureCue::correctKeyframe(const CueEquations& other) {
+  // The other cue errs alike in neighbouring frames.
+  const Matrix6d Ho = other.hessian / options_.keyframe_correlation;
+  const Vector6d go = other.gradient / options_.keyframe_correlation;
+  const Matrix6d& H = given_keyframe_.hessian;
+  const Vector6d& g = given_keyframe_.gradient;
+  Matrix6d both = Ho + H;
+  both.diagonal() *= 1 + options_.damping;
+  const Eigen::LDLT<Matrix6d> solver(both);
+  const Matrix6d seen = H - H * solver.solve(H);
+  const Vector6d slope = g - H * solver.solve(go + g);
+  // (P^-1 + seen)^-1 without the inverse of P, which may be singular.
+  const Eigen::PartialPivLU<Matrix6d> update(
+      Matrix6d(Matrix6d::Identity() + keyframe_covariance_ * seen));
+  const Matrix6d covariance = update.solve(keyframe_covariance_);
+  const Vector6d error = -update.solve(keyframe_covariance_ * slope);
+  if (!covariance.allFinite() || !error.allFinite()) return;
+  keyframe_covariance_ = 0.5 * (covariance + covariance.transpose());
+  const SE3 correction = exp(error);
+  for (Patch& patch : patches_) {
+    patch.p = correction * patch.p;
+    patch.along_x = correction.rotation * patch.along_x;
+    patch.along_y = correction.rotation * patch.along_y;
+  }
 }
 
 TextureCue::Agreement TextureCue::agreement(double max_distance_px) const {

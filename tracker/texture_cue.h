@@ -19,8 +19,10 @@ class TextureCue : public Cue {
   TextureCue(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
              const TrackerOptions& options);
 
-  // Takes new patches from this image. There may be none.
-  void setKeyframe(const Image<uint8_t>& image, const SE3& T_camera_model);
+  // Takes new patches from this image. There may be none. The pose's covariance (right tangent) is
+  // an error that all patches share as long as this keyframe lives.
+  void setKeyframe(const Image<uint8_t>& image, const SE3& T_camera_model,
+                   const Matrix6d& covariance);
   void forget() { patches_.clear(); }
   bool empty() const { return patches_.empty(); }
 
@@ -30,8 +32,13 @@ class TextureCue : public Cue {
   // Finds the patches near where the pose says.
   void align(const Image<uint8_t>& image, const SE3& T_camera_model);
 
-  // Distances of projected patch centres to where they were found.
+  // Distances of projected patch centres to where they were found. The shared error of the keyframe
+  // is marginalised: however many patches there are, they know no more than the keyframe's pose.
   CueEquations linearise(const SE3& T_camera_model) override;
+
+  // Learns the keyframe's error from what another cue says at the pose of the last linearisation,
+  // and moves the patches accordingly.
+  void correctKeyframe(const CueEquations& other);
 
   // Patches that were found within max_distance_px of where the last linearisation saw them, and
   // all that could have been found (inside the image, facing the camera).
@@ -68,6 +75,8 @@ class TextureCue : public Cue {
   const TrackerOptions& options_;
   std::vector<Patch> patches_;
   SE3 T_keyframe_;
+  Matrix6d keyframe_covariance_ = Matrix6d::Zero();
+  CueEquations given_keyframe_;  // of the last linearisation, were the keyframe's pose exact
   std::vector<double> absolute_;
 };
 

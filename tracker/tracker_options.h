@@ -31,8 +31,12 @@ struct TrackerOptions {
   double tukey_constant = 4.6851;  // 95% efficiency under normal errors
   double wide_sigma_px = 0.5;      // smallest robust scale of edges, wide rounds
   double narrow_sigma_px = 0.13;   // ... and in the last round
-  double texture_sigma_px = 0.2;   // ... of patches: their places carry the error of the keyframe's pose
-  double damping = 1e-4;           // of each normal equation, relative
+  double texture_sigma_px = 0.1;   // smallest robust scale of texture patches
+  // Errors that residuals share: so many of them count as one.
+  double edge_correlation = 4;       // neighbouring samples of one edge
+  double texture_correlation = 2;    // patches under one light and blur
+  double keyframe_correlation = 10;  // edges of consecutive frames
+  double damping = 1e-4;             // of each normal equation, relative
 
   // Direct alignment of the last good frame's pixels, pyramid levels 3 and 2.
   int direct_points = 300;
@@ -54,7 +58,6 @@ struct TrackerOptions {
   double lost_health = 0.3;
   double claim_sigma_m = 0.015;  // a pose that is less certain is not claimed
   double claim_sigma_rad = 0.03;
-  double covariance_inflation = 4;  // neighbouring samples err alike
 
   // Rescue of an unhealthy track by random starts around the prediction.
   int rescue_starts = 8;       // aligned, after screening by grey values ...
@@ -82,6 +85,9 @@ struct TrackerOptions {
     v("wide_sigma_px", wide_sigma_px, kPositive);
     v("narrow_sigma_px", narrow_sigma_px, kPositive);
     v("texture_sigma_px", texture_sigma_px, kPositive);
+    v("edge_correlation", edge_correlation, Range{1, 1000});
+    v("texture_correlation", texture_correlation, Range{1, 1000});
+    v("keyframe_correlation", keyframe_correlation, Range{1, 1000});
     v("damping", damping, kNotNegative);
     v("direct_points", direct_points, Range{0, 10000});
     v("direct_iterations", direct_iterations, Range{1, 100});
@@ -97,7 +103,6 @@ struct TrackerOptions {
     v("lost_health", lost_health, kFraction);
     v("claim_sigma_m", claim_sigma_m, kPositive);
     v("claim_sigma_rad", claim_sigma_rad, kPositive);
-    v("covariance_inflation", covariance_inflation, kPositive);
     v("rescue_starts", rescue_starts, Range{0, 1000});
     v("rescue_screened", rescue_screened, Range{0, 100000});
     v("rescue_sigma", rescue_sigma, kNotNegative);

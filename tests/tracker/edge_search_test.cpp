@@ -190,7 +190,8 @@ TEST(EdgeCue, JacobianAgreesWithDifferences) {
     };
     const CueEquations equations = cue.linearise(T);
     const double r = observations[0].residual_px;
-    const double weight = tukeyWeight(r / sigma, options.tukey_constant) / (sigma * sigma);
+    const double weight =
+        tukeyWeight(r / sigma, options.tukey_constant) / (sigma * sigma * options.edge_correlation);
     for (int k = 0; k < 6; ++k) {
       constexpr double h = 1e-6;
       const Vector6d xi = h * Vector6d::Unit(k);

@@ -80,7 +80,7 @@ TEST_F(GreyCues, DirectAlignmentIgnoresBrightness) {
 TEST_F(GreyCues, TextureAloneFindsThePose) {
   TextureCue texture(model, scene.camera, scene.rays, 0, options);
   EXPECT_TRUE(texture.empty());
-  texture.setKeyframe(frame.gray, T);
+  texture.setKeyframe(frame.gray, T, Matrix6d::Zero());
   ASSERT_FALSE(texture.empty());
   const SE3 truth = test::boxPose(0.1) * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
   const Frame next = scene.draw(test::boxPose(0.1), 1);
@@ -103,7 +103,7 @@ TEST_F(GreyCues, TextureAloneFindsThePose) {
 
 TEST_F(GreyCues, TextureIsNotFoundWhereItIsNot) {
   TextureCue texture(model, scene.camera, scene.rays, 0, options);
-  texture.setKeyframe(frame.gray, T);
+  texture.setKeyframe(frame.gray, T, Matrix6d::Zero());
   const Frame empty = scene.draw(test::boxPose(), 1, true);
   texture.align(empty.gray, T);
   texture.linearise(T);

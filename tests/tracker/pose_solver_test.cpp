@@ -96,7 +96,7 @@ TEST(PoseSolver, NanNeverComesOut) {
   const PoseSolution solution = solvePose(start, cues, {});
   EXPECT_TRUE(solution.T_camera_model.isFinite());
   EXPECT_LT(log(start.inverse() * solution.T_camera_model).norm(), 1e-12);
-  EXPECT_TRUE(covarianceFromHessian(solution.hessian, 1, 1).allFinite());
+  EXPECT_TRUE(covarianceFromHessian(solution.hessian(), 1, 1).allFinite());
 }
 
 TEST(PoseSolver, TooFewResidualsMoveNothing) {
