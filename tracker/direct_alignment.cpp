@@ -15,27 +15,6 @@ constexpr int kSmallestGradient = 12;     // grey levels, |horizontal| + |vertic
 constexpr float kHuber = 1.345f;          // 95% efficiency under normal errors
 constexpr size_t kFewestDifferences = 20;
 
-struct Rectangle {
-  int x0, y0, x1, y1;
-};
-
-// The part of a level's inner pixels around the projected model.
-Rectangle boundingBox(const EdgeModel& model, const Camera& camera, const SE3& T, int level,
-                      const Image<uint8_t>& image) {
-  const Matrix3d R = T.rotationMatrix();
-  Vector2d low(1e9, 1e9), high(-1e9, -1e9);
-  for (const EdgeSample& s : model.samples)
-    if (const auto u = camera.project(R * s.p + T.translation)) {
-      low = low.cwiseMin(*u);
-      high = high.cwiseMax(*u);
-    }
-  const auto clamped = [&](double u, int largest) {
-    return static_cast<int>(std::clamp(toLevel(u, level), 2.0, std::max(2.0, largest - 3.0)));
-  };
-  return {clamped(low.x(), image.width), clamped(low.y(), image.height),
-          clamped(high.x(), image.width), clamped(high.y(), image.height)};
-}
-
 // The middle value; the order of the values is lost.
 float median(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -53,34 +32,51 @@ void DirectAlignment::setReference(const ImagePyramid& image, const SE3& T) {
   points_.clear();
   const Image<uint8_t>& fine = image.level(kFineLevel);
   if (options_.direct_points == 0 || fine.width < 6 || fine.height < 6) return;
-  const Rectangle box = boundingBox(model_, camera_, T, kFineLevel, fine);
-  std::vector<Vector2d> strong;
-  for (int y = box.y0; y <= box.y1; ++y) {
+  if (rays_in_camera_.empty()) makeRays(fine.width, fine.height);
+  const PixelBox box = projectedBox(model_, camera_, T);
+  const auto clamped = [](double u, int size) {
+    return static_cast<int>(std::clamp(toLevel(u, kFineLevel), 2.0, size - 3.0));
+  };
+  const int x0 = clamped(box.low.x(), fine.width), x1 = clamped(box.high.x(), fine.width);
+  const int y0 = clamped(box.low.y(), fine.height), y1 = clamped(box.high.y(), fine.height);
+  std::vector<std::pair<int, int>> strong;
+  for (int y = y0; y <= y1; ++y) {
     const uint8_t* row = fine.row(y);
-    for (int x = box.x0; x <= box.x1; ++x) {
+    for (int x = x0; x <= x1; ++x) {
       const uint8_t* p = row + x;
       if (std::abs(p[1] - p[-1]) + std::abs(p[fine.width] - p[-fine.width]) > kSmallestGradient)
-        strong.emplace_back((x + 0.5) / levelScale(kFineLevel) - 0.5,
-                            (y + 0.5) / levelScale(kFineLevel) - 0.5);
+        strong.emplace_back(x, y);
     }
   }
   const double step = std::max(1.0, static_cast<double>(strong.size()) / options_.direct_points);
-  for (double k = 0; k < static_cast<double>(strong.size()); k += step)
-    addPoint(image, T, strong[static_cast<size_t>(k)]);
+  for (double k = 0; k < static_cast<double>(strong.size()); k += step) {
+    const auto [x, y] = strong[static_cast<size_t>(k)];
+    addPoint(image, T, x, y);
+  }
 }
 
-void DirectAlignment::addPoint(const ImagePyramid& image, const SE3& T, const Vector2d& u) {
-  const auto ray = camera_.unproject(u);
-  if (!ray) return;
+// Undistortion iterates: it is done once for each pixel of the fine level.
+void DirectAlignment::makeRays(int width, int height) {
+  rays_in_camera_ = Image<Vector3d>(width, height, Vector3d::Zero());
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      if (const auto ray = camera_.unproject(fromLevel(Vector2d(x, y), kFineLevel)))
+        rays_in_camera_(x, y) = *ray;
+}
+
+void DirectAlignment::addPoint(const ImagePyramid& image, const SE3& T, int fine_x, int fine_y) {
+  const Vector3d& ray = rays_in_camera_(fine_x, fine_y);
+  if (ray.z() == 0) return;
   const Matrix3d R = T.rotationMatrix();
   const Vector3d eye = T.inverse().translation + model_.centre_object;
-  const auto hit = rays_.closestHit(object_, eye, R.transpose() * *ray);
+  const auto hit = rays_.closestHit(object_, eye, R.transpose() * ray);
   if (!hit) return;
   Point point;
   point.p = hit->p_object - model_.centre_object;
   point.grey.fill(-1);
   const auto projection = camera_.projectWithJacobian(R * point.p + T.translation);
   if (!projection) return;
+  const Vector2d u = fromLevel(Vector2d(fine_x, fine_y), kFineLevel);
   const Matrix26d J = pointJacobian(projection->J, R, point.p);
   for (int l = kFineLevel; l <= kCoarseLevel; ++l) {
     const Image<uint8_t>& level = image.level(l);

@@ -53,7 +53,8 @@ class DirectAlignment {
     float value;  // grey levels, new image minus reference
   };
 
-  void addPoint(const ImagePyramid& image, const SE3& T, const Vector2d& u_px);
+  void makeRays(int width, int height);
+  void addPoint(const ImagePyramid& image, const SE3& T, int fine_x, int fine_y);
   void differences(const Image<uint8_t>& image, const SE3& T, int level,
                    std::vector<Difference>& out) const;
   Result alignLevel(const Image<uint8_t>& image, const SE3& start, int level) const;
@@ -63,6 +64,7 @@ class DirectAlignment {
   const RayQuery& rays_;
   int object_;
   const TrackerOptions& options_;
+  Image<Vector3d> rays_in_camera_;  // z = 1; of the pixels of the fine level; 0 = none
   std::vector<Point> points_;
 };
 

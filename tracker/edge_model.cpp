@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
+#include <optional>
 #include <tuple>
 #include <unordered_map>
 
@@ -133,7 +135,34 @@ void addSamples(EdgeModel& model, size_t edge_index) {
                              static_cast<int>(edge_index)});
 }
 
+// The farthest vertices in directions spread evenly over the sphere (a Fibonacci lattice).
+std::vector<Vector3d> outermostVertices(const std::vector<Vector3d>& vertices) {
+  constexpr int kDirections = 64;
+  std::vector<Vector3d> out;
+  for (int i = 0; i < kDirections; ++i) {
+    const double z = (2 * i + 1.0) / kDirections - 1, r = std::sqrt(1 - z * z);
+    const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+    const Vector3d direction(r * std::cos(angle), r * std::sin(angle), z);
+    const Vector3d* farthest = &vertices[0];
+    for (const Vector3d& v : vertices)
+      if (v.dot(direction) > farthest->dot(direction)) farthest = &v;
+    if (std::find(out.begin(), out.end(), *farthest) == out.end()) out.push_back(*farthest);
+  }
+  return out;
+}
+
 }  // namespace
+
+PixelBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T) {
+  const Matrix3d R = T.rotationMatrix();
+  PixelBox box{Vector2d::Constant(1e9), Vector2d::Constant(-1e9)};
+  for (const Vector3d& v : model.outermost)
+    if (const auto u = camera.project(R * v + T.translation)) {
+      box.low = box.low.cwiseMin(*u);
+      box.high = box.high.cwiseMax(*u);
+    }
+  return box;
+}
 
 EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options) {
   EdgeModel model;
@@ -146,6 +175,7 @@ EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options) {
   // Below 1e-6 of the model, single precision of the vertices decides.
   const double tolerance = std::max(options.weld_tolerance, 1e-6) * model.diameter;
   const std::vector<Side> sides = sidesOf(weldFaces(mesh, tolerance, model), model);
+  model.outermost = outermostVertices(model.vertices);
   for (size_t i = 0, next; i < sides.size(); i = next) {
     for (next = i + 1; next < sides.size(); ++next)
       if (sides[next].a != sides[i].a || sides[next].b != sides[i].b) break;

@@ -3,7 +3,9 @@
 
 #include <vector>
 
+#include "core/camera.h"
 #include "core/mesh.h"
+#include "core/se3.h"
 #include "tracker/tracker_options.h"
 
 namespace diorama {
@@ -34,6 +36,7 @@ struct EdgeModel {
   double diameter = 0;                        // m, diagonal of the bounding box
   double sample_spacing = 0;                  // m
   std::vector<Vector3d> vertices;             // welded
+  std::vector<Vector3d> outermost;            // vertices that span its silhouette from any side
   std::vector<ModelEdge> edges;
   std::vector<EdgeSample> samples;  // those of one edge follow one another
 };
@@ -41,5 +44,11 @@ struct EdgeModel {
 // Welds vertices (a textured mesh repeats them along seams), drops degenerate and repeated faces
 // and flat edges. No edges when the mesh has no face.
 EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options);
+
+// The smallest box around the projection of the model, px. Empty (low > high) behind the camera.
+struct PixelBox {
+  Vector2d low, high;
+};
+PixelBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T_camera_model);
 
 }  // namespace diorama

@@ -12,6 +12,9 @@ namespace diorama {
 // Level l has pixels of 2^l x 2^l pixels of the image: u_l = (u + 0.5) / 2^l - 0.5.
 inline double levelScale(int level) { return 1.0 / (1 << level); }
 inline double toLevel(double u_px, int level) { return (u_px + 0.5) * levelScale(level) - 0.5; }
+inline Vector2d fromLevel(const Vector2d& u_level, int level) {
+  return (u_level.array() + 0.5) / levelScale(level) - 0.5;
+}
 
 // A view of the given image and its copies: valid as long as the image.
 class ImagePyramid {

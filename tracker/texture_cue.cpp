@@ -31,14 +31,8 @@ void TextureCue::setKeyframe(const Image<uint8_t>& image, const SE3& T,
   T_keyframe_ = T;
   keyframe_covariance_ = covariance;
   if (options_.texture_patches == 0) return;
-  const Matrix3d R = T.rotationMatrix();
-  Vector2d low(1e9, 1e9), high(-1e9, -1e9);
-  for (const Vector3d& p : model_.vertices)
-    if (const auto u = camera_.project(R * p + T.translation)) {
-      low = low.cwiseMin(*u);
-      high = high.cwiseMax(*u);
-    }
-  for (const Vector2d& corner : findCorners(image, low, high, kBorder)) {
+  const PixelBox box = projectedBox(model_, camera_, T);
+  for (const Vector2d& corner : findCorners(image, box.low, box.high, kBorder)) {
     if (patches_.size() >= static_cast<size_t>(options_.texture_patches)) break;
     addPatch(image, T, corner);
   }

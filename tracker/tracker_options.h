@@ -33,9 +33,9 @@ struct TrackerOptions {
   double narrow_sigma_px = 0.13;   // ... and in the last round
   double texture_sigma_px = 0.1;   // smallest robust scale of texture patches
   // Errors that residuals share: so many of them count as one.
-  double edge_correlation = 4;       // neighbouring samples of one edge
-  double texture_correlation = 2;    // patches under one light and blur
-  double keyframe_correlation = 10;  // edges of consecutive frames
+  double edge_correlation = 8;       // neighbouring samples of one edge
+  double texture_correlation = 4;    // patches under one light and blur
+  double keyframe_correlation = 30;  // edges of consecutive frames
   double damping = 1e-4;             // of each normal equation, relative
 
   // Direct alignment of the last good frame's pixels, pyramid levels 3 and 2.
