@@ -56,7 +56,7 @@ TEST_F(GreyCues, DirectAlignmentFindsALargeMotion) {
   EXPECT_FALSE(direct.ready());
   direct.setReference(image, T);
   ASSERT_TRUE(direct.ready());
-  for (const double scale : {-1.0, -0.4, 0.4, 1.0}) {
+  for (const double scale : {-0.4, -0.2, 0.4, 1.0}) {
     const SE3 start = moved(T, scale);
     const DirectAlignment::Result result = direct.align(image, start);
     EXPECT_GT(pixelError(scene, model, start, T), 10 * std::abs(scale));
