@@ -11,12 +11,16 @@ namespace diorama {
 
 struct TrackHealth {
   double value = 0;               // in [0, 1]
-  double edge_agreement = 0;      // samples with an agreeing edge, over visible samples
+  double edge_agreement = 0;      // share of visible samples with an agreeing edge, beyond chance
   double texture_agreement = -1;  // patches that agree, over expected ones; -1 = too few to tell
-  std::string reason;             // why the value is low; empty when it is not
+  std::string reason;             // why nothing can be said; empty otherwise
 };
 
-// `observations` hold the residuals of the last linearisation.
+// How far around a sample the health looks for edges, px.
+inline constexpr int kHealthRange = 6;
+
+// `observations` were made at the pose in question with kHealthRange; the texture was linearised
+// there.
 TrackHealth assessHealth(size_t visible_samples, const std::vector<EdgeObservation>& observations,
                          const TextureCue& texture, const TrackerOptions& options);
 

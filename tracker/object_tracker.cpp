@@ -219,6 +219,7 @@ Estimate EdgeTracker::Implementation::refine(const SE3& start,
     estimate.covariance =
         covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
   }
+  estimate.observations = search_.search(image_.level(0), T, samples, memory_, kHealthRange);
   estimate.health = assessHealth(samples.size(), estimate.observations, texture_, options_);
   return estimate;
 }
@@ -298,8 +299,14 @@ void EdgeTracker::Implementation::remember(const Estimate& estimate) {
 void EdgeTracker::Implementation::learnContrast(const std::vector<EdgeObservation>& observations) {
   constexpr float kRate = 0.3f;  // of a running mean over some three frames
   for (const EdgeObservation& o : observations) {
-    if (o.chosen < 0 || std::abs(o.residual_px) >= options_.inlier_px) continue;
-    const Contrast& seen = o.candidates[static_cast<size_t>(o.chosen)].contrast;
+    const EdgeCandidate* nearest = nullptr;
+    for (int k = 0; k < o.candidate_count; ++k) {
+      const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
+      if (std::abs(c.offset_px) >= options_.inlier_px) continue;
+      if (!nearest || std::abs(c.offset_px) < std::abs(nearest->offset_px)) nearest = &c;
+    }
+    if (!nearest) continue;
+    const Contrast& seen = nearest->contrast;
     Contrast& known = memory_[static_cast<size_t>(o.sample)];
     const float rate = known.gradient == 0 ? 1 : kRate;
     known.gradient += rate * (seen.gradient - known.gradient);
