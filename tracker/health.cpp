@@ -7,6 +7,7 @@ namespace diorama {
 namespace {
 
 constexpr int kFewestPatches = 8;
+constexpr double kWithoutTexture = 0.5;  // factor when no patch agrees
 
 // Whether a familiar edge lies within `radius` of a place along the normal.
 bool hasEdgeAt(const EdgeObservation& o, double place_px, double radius_px) {
@@ -39,9 +40,11 @@ TrackHealth assessHealth(size_t visible_samples, const std::vector<EdgeObservati
   const TextureCue::Agreement patches = texture.agreement(options.inlier_px);
   if (patches.expected >= kFewestPatches)
     health.texture_agreement = patches.agreeing / static_cast<double>(patches.expected);
-  // Agreeing texture makes up for hidden edges; texture that disagrees may only be blurred.
-  const double both = 0.5 * (health.edge_agreement + health.texture_agreement);
-  health.value = std::max(health.edge_agreement, both);
+  // Texture that disagrees is a warning; that it agrees proves little, for it may have been learned
+  // on a wrong pose.
+  health.value = health.edge_agreement;
+  if (health.texture_agreement >= 0)
+    health.value *= std::min(1.0, kWithoutTexture + health.texture_agreement);
   return health;
 }
 

@@ -83,7 +83,9 @@ class EdgeTracker::Implementation {
   std::vector<Contrast> memory_;  // one per sample of the model
 
   State state_ = State::kWaiting;
-  SE3 T_last_;  // T_camera_model of the last frame that was not lost
+  SE3 T_last_;      // T_camera_model of the last frame that was not lost
+  SE3 T_good_;      // ... of the last frame that was good, or as given
+  int doubts_ = 0;  // frames in a row that were not good
   int64_t last_ns_ = 0;
   std::optional<Vector6d> velocity_;  // of the model in its own frame, 1/s
   double usual_cost_ = -1;            // of the direct alignment when it went well; -1 = unknown
@@ -116,8 +118,9 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   if (start) {
     // The object may be elsewhere now: what it looked like still holds, how it moved does not.
     velocity_.reset();
-    T_last_ = toModel(start->T_camera_object);
+    T_last_ = T_good_ = toModel(start->T_camera_object);
     state_ = State::kStarting;
+    doubts_ = 0;
   } else if (state_ == State::kWaiting) {
     return notClaimed(frame, "no pose to start from");
   }
@@ -135,14 +138,17 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
       good = estimate.health.value >= options_.start_health;
     }
   }
-  if (estimate.health.value < options_.lost_health) return lose(frame, estimate.health);
+  doubts_ = good ? 0 : doubts_ + 1;
+  if (estimate.health.value < options_.lost_health || doubts_ > options_.doubtful_frames)
+    return lose(frame, estimate.health);
   accept(estimate, frame.timestamp_ns, good);
   return report(frame, estimate, good);
 }
 
-// Holds the last pose, the reference and the contrast: the object may reappear.
+// Holds the last good pose, the reference and the contrast: the object may reappear.
 ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const TrackHealth& health) {
   state_ = State::kLost;
+  T_last_ = T_good_;
   velocity_.reset();
   ObjectMeasurement measurement = notClaimed(
       frame, "lost: " + (health.reason.empty() ? "hardly an edge agrees with any pose tried"
@@ -160,7 +166,9 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   state_ = good ? State::kTracking : State::kDoubtful;
   T_last_ = estimate.T_camera_model;
   last_ns_ = timestamp_ns;
-  if (good) remember(estimate);
+  if (!good) return;
+  T_good_ = T_last_;
+  remember(estimate);
 }
 
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {

@@ -50,12 +50,15 @@ struct TrackerOptions {
   double keyframe_view_cosine = 0.94;  // when the view turned by 20 degrees
   double keyframe_scale = 1.3;         // or when the distance changed by this factor
 
-  // Health. Between `lost` and `claim` the pose is kept but neither claimed nor remembered.
+  // Health: the share of visible samples with an agreeing edge beyond what chance would bring.
+  // Between `lost` and `claim` the pose is followed for a while, but neither claimed nor
+  // remembered.
   double inlier_px = 1.5;
-  double claim_health = 0.5;   // the paper calls a track good at this ratio of valid samples
-  double start_health = 0.65;  // needed to claim after a start, a rescue or a loss: wrong poses in
-                               // clutter reach 0.6, right ones stay above 0.7
-  double lost_health = 0.3;
+  double claim_health = 0.4;   // an object half hidden is still claimed
+  double start_health = 0.65;  // after a start, a doubt or a loss: wrong poses in clutter reach
+                               // 0.6, right ones stay above 0.7
+  double lost_health = 0.2;
+  int doubtful_frames = 10;      // in a row, before the object is lost
   double claim_sigma_m = 0.015;  // a pose that is less certain is not claimed
   double claim_sigma_rad = 0.03;
 
@@ -101,6 +104,7 @@ struct TrackerOptions {
     v("claim_health", claim_health, kFraction);
     v("start_health", start_health, kFraction);
     v("lost_health", lost_health, kFraction);
+    v("doubtful_frames", doubtful_frames, Range{0, 100000});
     v("claim_sigma_m", claim_sigma_m, kPositive);
     v("claim_sigma_rad", claim_sigma_rad, kPositive);
     v("rescue_starts", rescue_starts, Range{0, 1000});
