@@ -38,7 +38,7 @@ RunInput openScene(const fs::path& file, int first_frame,
                    object.symmetries};
     if (first_frame < scene.frameCount())
       known.initial_T_camera_object =
-          scene.T_world_camera(first_frame).inverse() * object.T_world_object;
+          scene.T_world_camera(first_frame).inverse() * object.pose(scene.time_s(first_frame));
     input.objects.push_back(std::move(known));
   }
   input.source = std::make_unique<Simulator>(scene, render);

@@ -21,8 +21,8 @@ class FrameSource {
   virtual ~FrameSource() = default;
   virtual const Camera& camera() const = 0;
   virtual int frameCount() const = 0;
-  // Frame `index` in [0, frameCount()); throws InputError when it cannot be read. Sources that are read ahead
-  // allow calls from several threads.
+  // Frame `index` in [0, frameCount()); throws InputError when it cannot be read. Sources that are
+  // read ahead allow calls from several threads.
   virtual FrameAndTruth read(int index) = 0;
 };
 

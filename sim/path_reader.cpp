@@ -33,7 +33,7 @@ Keyframe readKeyframe(const YamlValue& value) {
   return keyframe;
 }
 
-std::unique_ptr<CameraPath> readSpline(YamlMap& map) {
+std::unique_ptr<MotionPath> readSpline(YamlMap& map) {
   constexpr double kLeastStep_s = 1e-3;
   const YamlValue list = map.require("keyframes");
   std::vector<Keyframe> keyframes;
@@ -48,7 +48,7 @@ std::unique_ptr<CameraPath> readSpline(YamlMap& map) {
   return makeSplinePath(keyframes);
 }
 
-std::unique_ptr<CameraPath> readOrbit(YamlMap& map) {
+std::unique_ptr<MotionPath> readOrbit(YamlMap& map) {
   Orbit orbit;
   if (auto value = map.find("center")) orbit.center = readPoint(*value);
   orbit.radius_m = readNumber(map.require("radius_m"), 1e-3, 1e5);
@@ -60,7 +60,7 @@ std::unique_ptr<CameraPath> readOrbit(YamlMap& map) {
   return makeOrbitPath(orbit);
 }
 
-std::unique_ptr<CameraPath> readRecorded(YamlMap& map, const std::filesystem::path& folder) {
+std::unique_ptr<MotionPath> readRecorded(YamlMap& map, const std::filesystem::path& folder) {
   const std::string file = map.require("file").asString();
   RecordingFormat format = RecordingFormat::kTum;
   if (auto value = map.find("format"))
@@ -74,10 +74,10 @@ std::unique_ptr<CameraPath> readRecorded(YamlMap& map, const std::filesystem::pa
 
 }  // namespace
 
-std::shared_ptr<const CameraPath> readPath(const YamlValue& value,
+std::shared_ptr<const MotionPath> readPath(const YamlValue& value,
                                            const std::filesystem::path& folder) {
   YamlMap map = value.asMap();
-  std::unique_ptr<CameraPath> path;
+  std::unique_ptr<MotionPath> path;
   switch (map.require("type").asChoice({"spline", "orbit", "recorded"})) {
     case 0:
       path = readSpline(map);

@@ -5,12 +5,12 @@
 #include <memory>
 
 #include "core/yaml.h"
-#include "sim/camera_path.h"
+#include "sim/motion_path.h"
 
 namespace diorama {
 
 // The key `path`; files are relative to `folder`. Throws MissingInputError or InputError.
-std::shared_ptr<const CameraPath> readPath(const YamlValue& value,
+std::shared_ptr<const MotionPath> readPath(const YamlValue& value,
                                            const std::filesystem::path& folder);
 
 }  // namespace diorama

@@ -124,14 +124,14 @@ RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
   RenderedFrame frame;
   frame.radiance = Image<Radiance>(s.camera.width(), s.camera.height());
   const bool draft = s.options.quality == RenderQuality::kDraft;
-  const CameraFrame middle(motion.pose(0));
+  const CameraFrame middle(motion.T_world_camera(0));
   s.pool.run(s.table.tileCount(),
              [&](int tile) { s.traceCenters(tile, middle, draft ? &frame.radiance : nullptr); });
   if (!draft) {
     s.preparePatterns(motion);
     s.pool.run(s.table.tileCount(), [&](int tile) { s.traceColors(tile, motion, frame.radiance); });
   }
-  frame.silhouettes = s.silhouettes.trace(motion.pose(0), s.truth, s.pool);
+  frame.silhouettes = s.silhouettes.trace(motion.T_world_camera(0), s.truth, s.pool);
   s.truth.copyTo(frame, s.camera.width(), s.camera.height());
   return frame;
 }
@@ -173,7 +173,9 @@ void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
     patterns.push_back(makeSamplePattern(samples, high ? count < 16 : count == 4, motion));
   }
   brightest = motion.brightest;
-  exposure_poses = {motion.pose(-0.5), motion.pose(0), motion.pose(0.5)};
+  const double half_s = motion.exposure_s / 2;
+  exposure_poses = {motion.T_world_camera(-half_s), motion.T_world_camera(0),
+                    motion.T_world_camera(half_s)};
 }
 
 // The longest way, in pixels, that nine points of the tile go in the image during the exposure.
@@ -200,8 +202,9 @@ double RayRenderer::State::motionInTile(int tile, const SE3& begin, const SE3& m
 
 void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
                                      Image<Radiance>& radiance) const {
-  const double way =
-      motion.blur ? motionInTile(tile, exposure_poses[0], exposure_poses[1], exposure_poses[2]) : 0;
+  const double way = motion.exposure_s > 0 ? motionInTile(tile, exposure_poses[0],
+                                                          exposure_poses[1], exposure_poses[2])
+                                           : 0;
   const SamplePattern& pattern = patterns[way < 3.5 ? 0 : way < 8 ? 1 : 2];
   // Samples stray from the pixel by half the way and half a pixel.
   const double stray = way / 2 + 0.51;

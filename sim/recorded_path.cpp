@@ -4,7 +4,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/text.h"
-#include "sim/camera_path.h"
+#include "sim/motion_path.h"
 
 namespace diorama {
 namespace {

@@ -21,12 +21,14 @@ struct RenderOptions {
   int threads = 0;  // 0: as many as the machine has; the picture does not depend on it
 };
 
-// The camera during one exposure.
+// The camera and the moving objects during one exposure. Times are in seconds from the frame's
+// timestamp, which is the middle of the exposure and, with a rolling shutter, of the rows.
 struct ExposureMotion {
-  // T_world_camera at a fraction of the exposure in [-0.5, 0.5]; 0 is the middle, where truth
-  // holds.
-  std::function<SE3(double)> pose;
-  bool blur = true;  // false: the middle pose holds for the whole exposure
+  std::function<SE3(double)> T_world_camera = {};
+  // Of Scene::objects[i], where it moves; may be empty when none does.
+  std::function<SE3(size_t, double)> T_world_object = {};
+  double exposure_s = 0;  // 0: no blur
+  double row_time_s = 0;  // from one row's exposure to the next one's; 0: all rows at once
   // Samples brighter than this count as this bright: beyond the sensor's full well it makes no
   // difference inside a surface, but outlines of lamps and glints would stay jagged.
   float brightest = std::numeric_limits<float>::infinity();

@@ -56,10 +56,11 @@ SamplePattern makeSamplePattern(int count, bool extra, const ExposureMotion& mot
   SamplePattern pattern;
   for (int k = 0; k < count; ++k) {
     const double du = (k + 0.5) / count - 0.5, dv = stratum(k, f.row, count);
-    const double moment = motion.blur ? stratum(k, f.moment, count) : 0;
+    const double offset_s = motion.exposure_s * stratum(k, f.moment, count);
     const float dither = mirroredDither(k, count);
-    pattern.base.push_back(makeSample(du, dv, dither, motion.pose(moment)));
-    if (extra) pattern.extra.push_back(makeSample(-du, dv, dither, motion.pose(-moment)));
+    pattern.base.push_back(makeSample(du, dv, dither, motion.T_world_camera(offset_s)));
+    if (extra)
+      pattern.extra.push_back(makeSample(-du, dv, dither, motion.T_world_camera(-offset_s)));
   }
   pattern.footprint = count == 4 ? 0.6f : count == 8 ? 0.5f : 0.4f;
   return pattern;

@@ -15,7 +15,7 @@ namespace {
 std::string pathChecksum(const Scene& scene) {
   Sha256 hash;
   for (int k = 0; k < scene.frameCount(); ++k) {
-    const double middle_s = static_cast<double>(scene.timestampNs(k)) * 1e-9;
+    const double middle_s = scene.time_s(k);
     for (double side : {-0.5, 0.0, 0.5})
       hash.update(formatPose(scene.path->pose(middle_s + side * scene.exposure_s), ' ') + "\n");
   }
@@ -44,9 +44,7 @@ int Scene::frameCount() const {
 
 int64_t Scene::timestampNs(int frame) const { return std::llround(frame * 1e6 / rate_hz) * 1000; }
 
-SE3 Scene::T_world_camera(int frame) const {
-  return path->pose(static_cast<double>(timestampNs(frame)) * 1e-9);
-}
+SE3 Scene::T_world_camera(int frame) const { return path->pose(time_s(frame)); }
 
 std::string describeScene(const Scene& scene) {
   std::string text = "seed: " + std::to_string(scene.seed) + "\n";

@@ -9,7 +9,7 @@
 #include "core/camera.h"
 #include "core/object_model.h"
 #include "core/options.h"
-#include "sim/camera_path.h"
+#include "sim/motion_path.h"
 
 namespace diorama {
 
@@ -23,14 +23,17 @@ struct AreaLight {
 
 // The instance id of Scene::objects[i] is i + 1; the environment and what is not hit have 0.
 struct SceneObject {
-  std::string name;            // [A-Za-z0-9_.-]+, unique: files are named after it
-  std::string model;           // as the scene names it
-  std::filesystem::path mesh;  // the file that is imported
-  double scale = 1;            // metres per unit of the file
-  bool y_up = false;           // the file's y axis points up
-  SE3 T_world_object;
-  bool tracked = false;  // known to the estimators
+  std::string name;                        // [A-Za-z0-9_.-]+, unique: files are named after it
+  std::string model;                       // as the scene names it
+  std::filesystem::path mesh;              // the file that is imported
+  double scale = 1;                        // metres per unit of the file
+  bool y_up = false;                       // the file's y axis points up
+  SE3 T_world_object;                      // where it rests; at time 0 when it moves
+  std::shared_ptr<const MotionPath> path;  // T_world_object over time; null: it rests
+  bool tracked = false;                    // known to the estimators
   Symmetries symmetries;
+
+  SE3 pose(double time_s) const { return path ? path->pose(time_s) : T_world_object; }
 };
 
 // What the sensor adds to the light that arrives (scene key `effects`).
@@ -77,7 +80,7 @@ struct Scene {
   CameraParameters camera;
   double rate_hz = 30;
   double exposure_s = 0.008;
-  std::shared_ptr<const CameraPath> path;
+  std::shared_ptr<const MotionPath> path;
   double duration_s = 10;
   std::vector<SceneObject> objects;        // the environment's mesh is not among them
   std::filesystem::path environment_mesh;  // empty: none
@@ -90,6 +93,7 @@ struct Scene {
   int frameCount() const;
   // Mid-exposure time of a frame, a whole number of microseconds.
   int64_t timestampNs(int frame) const;
+  double time_s(int frame) const { return static_cast<double>(timestampNs(frame)) * 1e-9; }
   SE3 T_world_camera(int frame) const;
 };
 

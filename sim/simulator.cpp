@@ -41,8 +41,7 @@ double meteredExposure(const Scene& scene, const std::shared_ptr<const RenderSce
   std::vector<Image<Radiance>> pictures;
   for (int view = 0; view < kViews; ++view) {
     const SE3 pose = scene.path->pose(scene.duration_s * (view + 0.5) / kViews);
-    pictures.push_back(
-        meter.render({.pose = [&](double) { return pose; }, .blur = false}).radiance);
+    pictures.push_back(meter.render({.T_world_camera = [&](double) { return pose; }}).radiance);
   }
   return chooseExposure(pictures);
 }
@@ -113,13 +112,15 @@ RenderedFrame Simulator::State::render(const ExposureMotion& motion) {
 }
 
 ExposureMotion Simulator::State::motionDuring(int index) const {
-  const double middle_s = static_cast<double>(scene.timestampNs(index)) * 1e-9;
+  const double middle_s = scene.time_s(index);
   ExposureMotion motion;
-  motion.blur = scene.effects.blur && scene.exposure_s > 0;
+  motion.exposure_s = scene.effects.blur ? scene.exposure_s : 0;
   motion.brightest = static_cast<float>(kSaturation / exposure);
-  motion.pose = [this, index, middle_s](double fraction) {
-    return fraction == 0 ? scene.T_world_camera(index)
-                         : scene.path->pose(middle_s + fraction * scene.exposure_s);
+  motion.T_world_camera = [this, middle_s](double offset_s) {
+    return scene.path->pose(middle_s + offset_s);
+  };
+  motion.T_world_object = [this, middle_s](size_t object, double offset_s) {
+    return scene.objects[object].pose(middle_s + offset_s);
   };
   return motion;
 }
@@ -134,7 +135,7 @@ GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) const {
   for (const SceneObject& object : scene.objects) {
     if (!object.tracked) continue;
     Silhouette& silhouette = rendered.silhouettes[next++];
-    truth.objects.push_back({object.name, object.T_world_object, silhouette.px_all,
+    truth.objects.push_back({object.name, object.pose(scene.time_s(index)), silhouette.px_all,
                              silhouette.px_valid, silhouette.px_visible,
                              std::move(silhouette.mask)});
   }

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/errors.h"
-#include "sim/camera_path.h"
+#include "sim/motion_path.h"
 
 namespace diorama {
 namespace {
@@ -195,7 +195,7 @@ RotationSpline fitRotations(std::vector<double> times, std::vector<Quaterniond> 
   }
 }
 
-class SplinePath : public CameraPath {
+class SplinePath : public MotionPath {
  public:
   SplinePath(PositionSpline position, RotationSpline rotation)
       : position_(std::move(position)), rotation_(std::move(rotation)) {}
@@ -206,7 +206,7 @@ class SplinePath : public CameraPath {
   RotationSpline rotation_;
 };
 
-class RestingPath : public CameraPath {
+class RestingPath : public MotionPath {
  public:
   explicit RestingPath(const SE3& pose) : pose_(pose) {}
   SE3 pose(double) const override { return pose_; }
@@ -217,7 +217,7 @@ class RestingPath : public CameraPath {
 
 }  // namespace
 
-std::unique_ptr<CameraPath> makeSplinePath(const std::vector<Keyframe>& keyframes) {
+std::unique_ptr<MotionPath> makeSplinePath(const std::vector<Keyframe>& keyframes) {
   DIORAMA_CHECK(!keyframes.empty());
   if (keyframes.size() == 1) return std::make_unique<RestingPath>(keyframes[0].T_world_camera);
   std::vector<double> times;

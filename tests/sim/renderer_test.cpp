@@ -32,7 +32,7 @@ RenderedFrame renderStill(const Scene& scene, RenderQuality quality = RenderQual
                           int threads = 1) {
   const RayRenderer renderer(lit(scene), Camera(scene.camera), {quality, threads});
   const SE3 pose = scene.path->pose(0);
-  return renderer.render({.pose = [&](double) { return pose; }, .blur = false});
+  return renderer.render({.T_world_camera = [&](double) { return pose; }});
 }
 
 const CameraParameters kDistorted = {CameraModel::kRadTan,           160, 120, 130, 131, 78.3, 60.1,
@@ -245,17 +245,17 @@ TEST(RayRenderer, BlurIsTheMeanOfSharpFrames) {
   scene.objects = {object("board", writeCheckerboard(workshop), Vector3d(1, 0, 0))};
   const RayRenderer renderer(lit(scene), Camera(scene.camera), {RenderQuality::kHigh, 1});
   const SE3 start = scene.path->pose(0);
-  const auto at = [&](double fraction) {  // 5 px to the right, 2 px upwards
+  const auto at = [&](double time_s) {  // in one second 5 px to the right, 2 px upwards
     SE3 pose = start;
-    pose.translation += Vector3d(0, -5.0 / 130, 2.0 / 130) * fraction;
+    pose.translation += Vector3d(0, -5.0 / 130, 2.0 / 130) * time_s;
     return pose;
   };
-  const Image<Radiance> blurred = renderer.render({.pose = at, .blur = true}).radiance;
+  const Image<Radiance> blurred = renderer.render({.T_world_camera = at, .exposure_s = 1}).radiance;
   std::vector<double> mean(blurred.pixels.size());
   constexpr int kFrames = 64;
   for (int k = 0; k < kFrames; ++k) {
     const SE3 pose = at((k + 0.5) / kFrames - 0.5);
-    const auto sharp = renderer.render({.pose = [&](double) { return pose; }, .blur = false});
+    const auto sharp = renderer.render({.T_world_camera = [&](double) { return pose; }});
     for (size_t i = 0; i < mean.size(); ++i)
       mean[i] += static_cast<double>(sharp.radiance.pixels[i].g) / kFrames;
   }

@@ -34,7 +34,7 @@ class Workshop {
   std::filesystem::path folder_;
 };
 
-class FixedPath : public CameraPath {
+class FixedPath : public MotionPath {
  public:
   explicit FixedPath(const SE3& pose) : pose_(pose) {}
   SE3 pose(double) const override { return pose_; }

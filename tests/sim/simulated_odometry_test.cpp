@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sim/camera_path.h"
+#include "sim/motion_path.h"
 
 namespace diorama {
 namespace {

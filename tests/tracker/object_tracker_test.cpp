@@ -55,9 +55,9 @@ TEST(EdgeTracker, ConvergesFromAPerturbedStart) {
     Vector6d off;
     off << 0.006, -0.006, 0.01, 0.03, -0.03, 0.03;
     const auto tracker = makeTracker(scene);
-    const ObjectMeasurement m =
-        tracker->track(scene.draw(poseOf(0), 0),
-                       startAt(poseOf(0) * exp(print > 0 ? Vector6d(0.4 * off) : off)));  // prints mislead
+    const ObjectMeasurement m = tracker->track(
+        scene.draw(poseOf(0), 0),
+        startAt(poseOf(0) * exp(print > 0 ? Vector6d(0.4 * off) : off)));  // prints mislead
     EXPECT_TRUE(m.claimed) << m.reason;
     EXPECT_LT(errorOf(m.T_camera_object, poseOf(0)).m, 0.002) << print;
     EXPECT_LT(errorOf(m.T_camera_object, poseOf(0)).rad, 0.015) << print;

@@ -1,4 +1,4 @@
-#include "sim/camera_path.h"
+#include "sim/motion_path.h"
 
 #include <gtest/gtest.h>
 
@@ -35,7 +35,7 @@ std::vector<Keyframe> randomKeyframes(uint64_t seed, uint32_t count, double max_
 struct Derivatives {
   Vector3d v, a, w, dw;
 };
-Derivatives oneSided(const CameraPath& path, double time, double h) {
+Derivatives oneSided(const MotionPath& path, double time, double h) {
   std::array<Vector3d, 4> p, r;
   const SE3 base = path.pose(time);
   for (int k = 0; k < 4; ++k) {

@@ -1,4 +1,4 @@
-#include "sim/camera_path.h"
+#include "sim/motion_path.h"
 
 #include <cmath>
 
@@ -7,7 +7,7 @@
 namespace diorama {
 namespace {
 
-class OrbitPath : public CameraPath {
+class OrbitPath : public MotionPath {
  public:
   explicit OrbitPath(const Orbit& orbit) : orbit_(orbit) {}
 
@@ -39,11 +39,11 @@ SE3 lookAt(const Vector3d& position, const Vector3d& target, double roll_rad) {
   return {(rotation * expSO3({0, 0, roll_rad})).normalized(), position};
 }
 
-std::unique_ptr<CameraPath> makeOrbitPath(const Orbit& orbit) {
+std::unique_ptr<MotionPath> makeOrbitPath(const Orbit& orbit) {
   return std::make_unique<OrbitPath>(orbit);
 }
 
-std::unique_ptr<CameraPath> makeRecordedPath(const Trajectory& recording,
+std::unique_ptr<MotionPath> makeRecordedPath(const Trajectory& recording,
                                              const Placement& placement) {
   DIORAMA_CHECK(!recording.poses.empty());
   std::vector<Keyframe> keyframes;

@@ -1,4 +1,4 @@
-// The camera's motion: smooth poses as a function of time.
+// How the camera or an object moves: smooth poses as a function of time.
 #pragma once
 
 #include <filesystem>
@@ -10,11 +10,11 @@
 
 namespace diorama {
 
-class CameraPath {
+class MotionPath {
  public:
-  virtual ~CameraPath() = default;
-  // T_world_camera at a time in seconds. A spline is constant before its first and after its last
-  // keyframe. Thread-safe.
+  virtual ~MotionPath() = default;
+  // T_world_camera or T_world_object at a time in seconds. A spline is constant before its first
+  // and after its last keyframe. Thread-safe.
   virtual SE3 pose(double time_s) const = 0;
 };
 
@@ -35,7 +35,7 @@ SE3 lookAt(const Vector3d& position, const Vector3d& target, double roll_rad = 0
 // (M.-J. Kim, M.-S. Kim, S. Y. Shin, A general construction scheme for unit quaternion curves,
 // SIGGRAPH 1995), whose control rotations C are solved for so that it passes through the keyframes.
 // At least one keyframe, times strictly increasing; a programming error otherwise.
-std::unique_ptr<CameraPath> makeSplinePath(const std::vector<Keyframe>& keyframes);
+std::unique_ptr<MotionPath> makeSplinePath(const std::vector<Keyframe>& keyframes);
 
 struct Orbit {
   Vector3d center = Vector3d::Zero();  // looked at, m
@@ -44,7 +44,7 @@ struct Orbit {
   double start_rad = 0;                // azimuth, 0 = +x, counter-clockwise from above
   double rate_rad_s = 0.5;
 };
-std::unique_ptr<CameraPath> makeOrbitPath(const Orbit& orbit);
+std::unique_ptr<MotionPath> makeOrbitPath(const Orbit& orbit);
 
 enum class RecordingFormat { kTum, kEuroc };
 
@@ -59,7 +59,7 @@ struct Placement {
   double time_scale = 1;  // 2 = twice as slow
   double scale = 1;       // of the recorded positions, before T_world_recorded
 };
-std::unique_ptr<CameraPath> makeRecordedPath(const Trajectory& recording,
+std::unique_ptr<MotionPath> makeRecordedPath(const Trajectory& recording,
                                              const Placement& placement);
 
 }  // namespace diorama
