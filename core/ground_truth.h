@@ -30,7 +30,8 @@ struct ObjectTruth {
 
 struct GroundTruth {
   int64_t timestamp_ns = 0;
-  SE3 T_world_camera;                // mid-exposure
+  SE3 T_world_camera;                // mid-exposure, mid-row
+  std::vector<SE3> row_poses;        // T_world_camera of each row; empty: that of the frame
   std::vector<ObjectTruth> objects;  // tracked objects, in the order of the scene
   // At exact pixel centres, from the same rays as the picture; may be empty (a sequence without
   // them).

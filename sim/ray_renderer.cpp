@@ -9,6 +9,7 @@
 
 #include "core/errors.h"
 #include "sim/ray_table.h"
+#include "sim/row_cameras.h"
 #include "sim/sample_pattern.h"
 #include "sim/shading.h"
 #include "sim/silhouettes.h"
@@ -27,19 +28,6 @@ namespace {
 // Samples that go farther are traced: the neighbourhood to look at would be too large.
 constexpr double kMostStray_px = 10;
 
-// The mid-exposure camera in both precisions.
-struct CameraFrame {
-  Vector3d origin;
-  Matrix3d R;  // columns are the camera's axes in the world
-  explicit CameraFrame(const SE3& T) : origin(T.translation), R(T.rotationMatrix()) {}
-
-  RayPacket rays(const PacketRays& packet) const {
-    const Float8 x = simd::load(packet.x), y = simd::load(packet.y);
-    return {simd::splat3(origin),
-            simd::splat3(R.col(0)) * x + simd::splat3(R.col(1)) * y + simd::splat3(R.col(2))};
-  }
-};
-
 Int8 maskOfBits(int bits) {
   const Int8 bit = {1, 2, 4, 8, 16, 32, 64, 128};
   return (splat(bits) & bit) != splat(0);
@@ -49,11 +37,12 @@ Int8 maskOfBits(int bits) {
 // some 1e-6 of the distance, and more at grazing angles.
 class PlaneDepth {
  public:
-  PlaneDepth(const RenderScene& scene, const CameraFrame& camera)
-      : scene_(scene), camera_(camera) {}
+  explicit PlaneDepth(const RenderScene& scene) : scene_(scene) {}
 
-  float operator()(uint32_t triangle, float x, float y, float traversal_t) {
-    setTriangle(triangle);
+  // Along the direction (x, y, 1) of the camera.
+  float operator()(const CameraFrame& camera, uint32_t triangle, float x, float y,
+                   float traversal_t) {
+    setTriangle(camera, triangle);
     const double along = n_camera_.x() * static_cast<double>(x) +
                          n_camera_.y() * static_cast<double>(y) + n_camera_.z();
     const double t = height_ / along;
@@ -65,17 +54,18 @@ class PlaneDepth {
   }
 
  private:
-  void setTriangle(uint32_t triangle) {
-    if (triangle == triangle_) return;
+  void setTriangle(const CameraFrame& camera, uint32_t triangle) {
+    if (triangle == triangle_ && &camera == camera_) return;
     triangle_ = triangle;
+    camera_ = &camera;
     const Vector3d p0 = scene_.corner(triangle, 0).cast<double>();
     const Vector3d n = (scene_.corner(triangle, 1).cast<double>() - p0)
                            .cross(scene_.corner(triangle, 2).cast<double>() - p0);
-    height_ = n.dot(p0 - camera_.origin);
-    n_camera_ = camera_.R.transpose() * n;
+    height_ = n.dot(p0 - camera.origin);
+    n_camera_ = camera.R.transpose() * n;
   }
   const RenderScene& scene_;
-  const CameraFrame& camera_;
+  const CameraFrame* camera_ = nullptr;
   uint32_t triangle_ = UINT32_MAX;
   Vector3d n_camera_ = Vector3d::Zero();
   double height_ = 0;
@@ -93,13 +83,13 @@ struct RayRenderer::State {
         silhouettes(*scene, camera, table),
         truth(table.paddedWidth(), table.paddedHeight()) {}
 
-  void traceCenters(int tile, const CameraFrame& frame, Image<Radiance>* draft);
+  void traceCenters(int tile, const RowCameras& cameras, Image<Radiance>* draft);
   void traceColors(int tile, const ExposureMotion& motion, Image<Radiance>& radiance) const;
-  Vector8 colorPacket(const PacketRays& packet, const SamplePattern& pattern, bool edge,
+  Vector8 colorPacket(const PacketRays& packet, const PatternRows& pattern, bool edge,
                       const std::optional<VisibleTriangles>& around) const;
-  Vector8 colorOfTriangle(const PacketRays& packet, const SamplePattern& pattern,
+  Vector8 colorOfTriangle(const PacketRays& packet, const PatternRows& pattern,
                           uint32_t triangle) const;
-  double motionInTile(int tile, const SE3& begin, const SE3& middle, const SE3& end) const;
+  double motionInTile(int tile, const ExposureMotion& motion) const;
   void preparePatterns(const ExposureMotion& motion);
 
   std::shared_ptr<const RenderScene> scene;
@@ -109,8 +99,7 @@ struct RayRenderer::State {
   WorkerPool pool;
   SilhouetteTracer silhouettes;
   TruthBuffer truth;
-  std::vector<SamplePattern> patterns;  // 4, 8, 16, 32 samples; only those of the quality
-  std::array<SE3, 3> exposure_poses;    // begin, middle, end
+  std::array<MovingPattern, 3> patterns;  // few, more and many samples: by motion in the image
   float brightest = 0;
 };
 
@@ -124,24 +113,24 @@ RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
   RenderedFrame frame;
   frame.radiance = Image<Radiance>(s.camera.width(), s.camera.height());
   const bool draft = s.options.quality == RenderQuality::kDraft;
-  const CameraFrame middle(motion.T_world_camera(0));
+  const RowCameras cameras(motion, s.camera.height());
   s.pool.run(s.table.tileCount(),
-             [&](int tile) { s.traceCenters(tile, middle, draft ? &frame.radiance : nullptr); });
+             [&](int tile) { s.traceCenters(tile, cameras, draft ? &frame.radiance : nullptr); });
   if (!draft) {
     s.preparePatterns(motion);
     s.pool.run(s.table.tileCount(), [&](int tile) { s.traceColors(tile, motion, frame.radiance); });
   }
-  frame.silhouettes = s.silhouettes.trace(motion.T_world_camera(0), s.truth, s.pool);
+  frame.silhouettes = s.silhouettes.trace(cameras, s.truth, s.pool);
   s.truth.copyTo(frame, s.camera.width(), s.camera.height());
   return frame;
 }
 
-void RayRenderer::State::traceCenters(int tile, const CameraFrame& frame, Image<Radiance>* draft) {
-  PlaneDepth planeDepth(*scene, frame);
+void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, Image<Radiance>* draft) {
+  PlaneDepth planeDepth(*scene);
   for (int p = 0; p < kPacketsPerTile; ++p) {
     const PacketRays& packet = table.packet(tile, p);
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    const RayPacket rays = frame.rays(packet);
+    const RayPacket rays = cameras.rays(packet, y);
     const Int8 valid = maskOfBits(packet.valid);
     const PacketHits hits = scene->bvh->closest(rays, valid, splat(0.f), true);
     Float8 depth = splat(0.f);
@@ -149,7 +138,8 @@ void RayRenderer::State::traceCenters(int tile, const CameraFrame& frame, Image<
     for (int lane = 0; lane < 8; ++lane) {
       if (!hits.mask[lane]) continue;
       const auto triangle = static_cast<uint32_t>(hits.triangle[lane]);
-      depth[lane] = planeDepth(triangle, packet.x[lane], packet.y[lane], hits.t[lane]);
+      depth[lane] = planeDepth(cameras[y + laneY(lane)], triangle, packet.x[lane], packet.y[lane],
+                               hits.t[lane]);
       id[lane] = scene->triangles[triangle].instance;
     }
     truth.put(x, y, depth, id, simd::select(hits.mask, hits.triangle, splat(-1)), valid);
@@ -167,21 +157,24 @@ void RayRenderer::State::traceCenters(int tile, const CameraFrame& frame, Image<
 
 void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
   const bool high = options.quality == RenderQuality::kHigh;
-  patterns.clear();
-  for (const int count : {4, 8, 16}) {  // by motion; what is sampled often needs no extra samples
-    const int samples = high ? std::max(16, 2 * count) : count;
-    patterns.push_back(makeSamplePattern(samples, high ? count < 16 : count == 4, motion));
+  for (size_t k = 0; k < patterns.size(); ++k) {
+    const int count = 4 << k;
+    patterns[k] = MovingPattern(high ? std::max(16, 2 * count) : count,
+                                high ? count < 16 : count == 4, motion, camera.height(), pool);
   }
   brightest = motion.brightest;
-  const double half_s = motion.exposure_s / 2;
-  exposure_poses = {motion.T_world_camera(-half_s), motion.T_world_camera(0),
-                    motion.T_world_camera(half_s)};
 }
 
 // The longest way, in pixels, that nine points of the tile go in the image during the exposure.
-double RayRenderer::State::motionInTile(int tile, const SE3& begin, const SE3& middle,
-                                        const SE3& end) const {
-  const SE3 T_begin_middle = begin.inverse() * middle, T_end_middle = end.inverse() * middle;
+double RayRenderer::State::motionInTile(int tile, const ExposureMotion& motion) const {
+  if (motion.exposure_s == 0) return 0;
+  const double middle_s =
+      motion.rowOffset_s(table.packetY(tile, kPacketsPerTile / 2), camera.height());
+  const SE3 middle = motion.T_world_camera(middle_s);
+  const SE3 T_begin_middle =
+      motion.T_world_camera(middle_s - motion.exposure_s / 2).inverse() * middle;
+  const SE3 T_end_middle =
+      motion.T_world_camera(middle_s + motion.exposure_s / 2).inverse() * middle;
   double longest = 0;
   for (int k = 0; k < 9; ++k) {
     const int p = (k / 3) * 60 + (k % 3) * 3;  // packets at the corners, sides and middle
@@ -202,10 +195,8 @@ double RayRenderer::State::motionInTile(int tile, const SE3& begin, const SE3& m
 
 void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
                                      Image<Radiance>& radiance) const {
-  const double way = motion.exposure_s > 0 ? motionInTile(tile, exposure_poses[0],
-                                                          exposure_poses[1], exposure_poses[2])
-                                           : 0;
-  const SamplePattern& pattern = patterns[way < 3.5 ? 0 : way < 8 ? 1 : 2];
+  const double way = motionInTile(tile, motion);
+  const MovingPattern& pattern = patterns[way < 3.5 ? 0 : way < 8 ? 1 : 2];
   // Samples stray from the pixel by half the way and half a pixel.
   const double stray = way / 2 + 0.51;
   const int columns = static_cast<int>(std::ceil(std::min(stray, 99.0) / kPacketWidth)),
@@ -219,9 +210,9 @@ void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
     const bool edge = truth.hasEdge(x, y, camera.width(), camera.height());
     Vector8 color;
     if (around && around->count == 1 && !around->nothing)
-      color = colorOfTriangle(packet, pattern, static_cast<uint32_t>(around->triangle[0]));
+      color = colorOfTriangle(packet, pattern.rows(y), static_cast<uint32_t>(around->triangle[0]));
     else
-      color = colorPacket(packet, pattern, edge, around);
+      color = colorPacket(packet, pattern.rows(y), edge, around);
     for (int lane = 0; lane < 8; ++lane)
       if (packet.valid >> lane & 1)
         radiance(x + laneX(lane), y + laneY(lane)) = {color.x[lane], color.y[lane], color.z[lane]};
@@ -235,6 +226,12 @@ RayPacket raysOf(const PacketRays& packet, const PixelSample& s) {
   const Float8 y = simd::load(packet.y) + (s.du * packet.dy_du + s.dv * packet.dy_dv);
   return {simd::splat3(s.origin),
           simd::splat3(s.axis_x) * x + simd::splat3(s.axis_y) * y + simd::splat3(s.axis_z)};
+}
+
+// Samples of both rows differ in the camera's pose alone.
+RayPacket raysOf(const PacketRays& packet, const PixelSample& first, const PixelSample& second) {
+  const RayPacket rays = raysOf(packet, first);
+  return &first == &second ? rays : joinRows(rays, raysOf(packet, second));
 }
 
 // The nearest hits of a packet's samples. Where the pixels around show but a few triangles, these
@@ -275,17 +272,17 @@ class ClosestHits {
 
 }  // namespace
 
-Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const SamplePattern& pattern,
+Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const PatternRows& pattern,
                                         bool edge,
                                         const std::optional<VisibleTriangles>& around) const {
   const Int8 valid = maskOfBits(packet.valid);
-  const Float8 pixel = splat(packet.pixel * pattern.footprint);
-  const float step = 1.f / static_cast<float>(pattern.base.size());
+  const Float8 pixel = splat(packet.pixel * pattern.first.footprint);
+  const float step = 1.f / static_cast<float>(pattern.first.base.size());
   const ClosestHits closest(*scene, around, valid);
   Vector8 sum = simd::splat3(0, 0, 0);
   Float8 darkest = splat(1e30f), lightest = splat(0.f);
-  const auto add = [&](const PixelSample& sample) {
-    const RayPacket rays = raysOf(packet, sample);
+  const auto add = [&](const PixelSample& sample, const PixelSample& second) {
+    const RayPacket rays = raysOf(packet, sample, second);
     const PacketHits hits = closest(rays);
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
@@ -297,26 +294,30 @@ Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const SamplePa
     darkest = simd::min(darkest, color.x + color.y + color.z);
     lightest = simd::max(lightest, color.x + color.y + color.z);
   };
-  for (const PixelSample& sample : pattern.base) add(sample);
+  for (size_t k = 0; k < pattern.first.base.size(); ++k)
+    add(pattern.first.base[k], pattern.second.base[k]);
   // Four samples show a contrast c with an error of about c / 8: below 1% of the light extra ones
   // gain nothing that noise would not cover.
   const Int8 contrast = lightest - darkest > 0.08f * lightest;
-  if (!edge || pattern.extra.empty() || !simd::bits(contrast & valid)) return sum * splat(step);
-  for (const PixelSample& sample : pattern.extra) add(sample);
+  if (!edge || pattern.first.extra.empty() || !simd::bits(contrast & valid))
+    return sum * splat(step);
+  for (size_t k = 0; k < pattern.first.extra.size(); ++k)
+    add(pattern.first.extra[k], pattern.second.extra[k]);
   return sum * splat(0.5f * step);
 }
 
-Vector8 RayRenderer::State::colorOfTriangle(const PacketRays& packet, const SamplePattern& pattern,
+Vector8 RayRenderer::State::colorOfTriangle(const PacketRays& packet, const PatternRows& pattern,
                                             uint32_t triangle) const {
   const Int8 valid = maskOfBits(packet.valid);
-  const Float8 pixel = splat(packet.pixel * pattern.footprint);
-  const float step = 1.f / static_cast<float>(pattern.base.size());
+  const Float8 pixel = splat(packet.pixel * pattern.first.footprint);
+  const float step = 1.f / static_cast<float>(pattern.first.base.size());
   const shading::SingleTriangle plane(*scene, triangle);
   TriangleLanes data;
   shading::spread(*scene, static_cast<int>(triangle), data);
   Vector8 sum = simd::splat3(0, 0, 0);
-  for (const PixelSample& sample : pattern.base) {
-    const RayPacket rays = raysOf(packet, sample);
+  for (size_t k = 0; k < pattern.first.base.size(); ++k) {
+    const PixelSample& sample = pattern.first.base[k];
+    const RayPacket rays = raysOf(packet, sample, pattern.second.base[k]);
     const PacketHits hits = plane.plane(rays, valid);
     const Surface surface = shading::surfaceAt<1>(*scene, data, rays, hits, pixel, sample.dither);
     sum = sum + simd::min(shading::radianceOf(*scene, rays, hits, surface), splat(brightest));

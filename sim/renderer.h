@@ -32,6 +32,8 @@ struct ExposureMotion {
   // Samples brighter than this count as this bright: beyond the sensor's full well it makes no
   // difference inside a surface, but outlines of lamps and glints would stay jagged.
   float brightest = std::numeric_limits<float>::infinity();
+
+  double rowOffset_s(int y, int height) const { return row_time_s * (y - (height - 1) / 2.0); }
 };
 
 struct Radiance {
@@ -39,10 +41,10 @@ struct Radiance {
   friend bool operator==(const Radiance&, const Radiance&) = default;
 };
 
-// One tracked object alone, as if nothing stood before it. Pixel centres are tested, at the
-// exposure's middle. px_all counts the pixel grid continued beyond the image, one image's width and
-// height to every side; where the camera model ends, the grid goes on with the focal length of a
-// pinhole.
+// One tracked object alone, as if nothing stood before it. Pixel centres are tested, in the middle
+// of their row's exposure. px_all counts the pixel grid continued beyond the image, one image's
+// width and height to every side; where the camera model ends, the grid goes on with the focal
+// length of a pinhole.
 struct Silhouette {
   Image<uint8_t> mask;  // inside the image, 0 or 255
   int px_all = 0;

@@ -49,21 +49,33 @@ PixelSample makeSample(double du, double dv, float dither, const SE3& T_world_ca
           dither};
 }
 
-}  // namespace
-
-SamplePattern makeSamplePattern(int count, bool extra, const ExposureMotion& motion) {
+SamplePattern makeSamplePattern(int count, bool extra, const ExposureMotion& motion,
+                                double row_offset_s) {
   const Factors f = factors(count);
   SamplePattern pattern;
   for (int k = 0; k < count; ++k) {
     const double du = (k + 0.5) / count - 0.5, dv = stratum(k, f.row, count);
     const double offset_s = motion.exposure_s * stratum(k, f.moment, count);
     const float dither = mirroredDither(k, count);
-    pattern.base.push_back(makeSample(du, dv, dither, motion.T_world_camera(offset_s)));
+    pattern.base.push_back(
+        makeSample(du, dv, dither, motion.T_world_camera(row_offset_s + offset_s)));
     if (extra)
-      pattern.extra.push_back(makeSample(-du, dv, dither, motion.T_world_camera(-offset_s)));
+      pattern.extra.push_back(
+          makeSample(-du, dv, dither, motion.T_world_camera(row_offset_s - offset_s)));
   }
   pattern.footprint = count == 4 ? 0.6f : count == 8 ? 0.5f : 0.4f;
   return pattern;
+}
+
+}  // namespace
+
+MovingPattern::MovingPattern(int count, bool extra, const ExposureMotion& motion, int height,
+                             WorkerPool& pool)
+    : by_row_(motion.row_time_s == 0 ? 1 : static_cast<size_t>(height)) {
+  pool.run(static_cast<int>(by_row_.size()), [&](int y) {
+    const double offset_s = by_row_.size() == 1 ? 0 : motion.rowOffset_s(y, height);
+    by_row_[static_cast<size_t>(y)] = makeSamplePattern(count, extra, motion, offset_s);
+  });
 }
 
 }  // namespace diorama

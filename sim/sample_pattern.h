@@ -1,10 +1,12 @@
 // Where the colour samples of a pixel lie, in the pixel and in the exposure time.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/types.h"
 #include "sim/renderer.h"
+#include "sim/worker_pool.h"
 
 namespace diorama {
 
@@ -22,7 +24,27 @@ struct SamplePattern {
   float footprint = 1;             // of one sample, px
 };
 
-// `count` is 4, 8, 16 or 32: each sample has a row, a column and a moment of its own.
-SamplePattern makeSamplePattern(int count, bool extra, const ExposureMotion& motion);
+// The patterns of the two rows of a packet: the same but for the camera's poses.
+struct PatternRows {
+  const SamplePattern& first;
+  const SamplePattern& second;
+};
+
+// A pattern along the camera's motion: one for all rows, or, with a rolling shutter, one a row.
+class MovingPattern {
+ public:
+  MovingPattern() = default;
+  // `count` is 4, 8, 16 or 32: each sample has a row, a column and a moment of its own.
+  MovingPattern(int count, bool extra, const ExposureMotion& motion, int height, WorkerPool& pool);
+
+  // Of the packet whose first row is y.
+  PatternRows rows(int y) const { return {at(y), at(y + 1)}; }
+
+ private:
+  const SamplePattern& at(int y) const {
+    return by_row_[std::min(static_cast<size_t>(y), by_row_.size() - 1)];
+  }
+  std::vector<SamplePattern> by_row_;
+};
 
 }  // namespace diorama

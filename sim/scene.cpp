@@ -51,6 +51,7 @@ std::string describeScene(const Scene& scene) {
   text += "camera: " + toYaml(scene.camera) + "\n";
   text += "rate_hz: " + formatNumber(scene.rate_hz) + "\n";
   text += "exposure_s: " + formatNumber(scene.exposure_s) + "\n";
+  text += "row_time_s: " + formatNumber(scene.row_time_s) + "\n";
   text += "duration_s: " + formatNumber(scene.duration_s) + "\n";
   text += "path_sha256: " + pathChecksum(scene) + "\n";
   text += "environment_sha256: " +

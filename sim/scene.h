@@ -80,6 +80,7 @@ struct Scene {
   CameraParameters camera;
   double rate_hz = 30;
   double exposure_s = 0.008;
+  double row_time_s = 0;  // rolling shutter: from one row's exposure to the next one's
   std::shared_ptr<const MotionPath> path;
   double duration_s = 10;
   std::vector<SceneObject> objects;        // the environment's mesh is not among them
@@ -95,6 +96,8 @@ struct Scene {
   int64_t timestampNs(int frame) const;
   double time_s(int frame) const { return static_cast<double>(timestampNs(frame)) * 1e-9; }
   SE3 T_world_camera(int frame) const;
+  // From the frame's timestamp to the middle of the exposure of row y.
+  double rowOffset_s(int y) const { return row_time_s * (y - (camera.height - 1) / 2.0); }
 };
 
 // Reads a scene file. Models are folders of dataFolder()/models or paths relative to the file; an

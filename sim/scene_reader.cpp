@@ -136,6 +136,8 @@ class SceneReader {
     if (auto rate = camera.find("rate_hz")) scene_.rate_hz = readNumber(*rate, 1e-3, kMaxRate_hz);
     if (auto exposure = camera.find("exposure_s"))
       scene_.exposure_s = readNumber(*exposure, 0, 1 / scene_.rate_hz);
+    if (auto row_time = camera.find("row_time_s"))  // a frame is read out before the next one
+      scene_.row_time_s = readNumber(*row_time, 0, 1 / (scene_.rate_hz * scene_.camera.height));
     camera.finish();
     const YamlValue duration = root_.require("duration_s");
     scene_.duration_s = duration.asDouble();

@@ -35,11 +35,6 @@ Int8 maskOfBits(int bits) {
 
 int count(int bits) { return __builtin_popcount(static_cast<unsigned>(bits)); }
 
-RayPacket worldRays(const SE3& T_world_camera, const Matrix3d& R, Float8 x, Float8 y) {
-  return {simd::splat3(T_world_camera.translation),
-          simd::splat3(R.col(0)) * x + simd::splat3(R.col(1)) * y + simd::splat3(R.col(2))};
-}
-
 }  // namespace
 
 // Directions at the corners of cells of 8 x 8 px over the image and as much to each side; inside a
@@ -94,33 +89,51 @@ SilhouetteTracer::DirectionBox SilhouetteTracer::boxOf(const SceneInstance& inst
   return box;
 }
 
-std::vector<Silhouette> SilhouetteTracer::trace(const SE3& T_world_camera, const TruthBuffer& truth,
+// The box as seen by the first `rows` rows from y on, by the next ones, ...
+std::vector<SilhouetteTracer::DirectionBox> SilhouetteTracer::boxesOf(const SceneInstance& instance,
+                                                                      const RowCameras& cameras,
+                                                                      int y, int rows,
+                                                                      int count) const {
+  if (!cameras.rolling())
+    return std::vector<DirectionBox>(static_cast<size_t>(count),
+                                     boxOf(instance, cameras[0].T_world_camera.inverse()));
+  std::vector<DirectionBox> boxes(static_cast<size_t>(count));
+  for (DirectionBox& all : boxes)
+    for (int k = 0; k < rows; ++k, ++y) {
+      const DirectionBox box = boxOf(instance, cameras[y].T_world_camera.inverse());
+      all.extend(box.x0, box.y0);
+      all.extend(box.x1, box.y1);
+    }
+  return boxes;
+}
+
+std::vector<Silhouette> SilhouetteTracer::trace(const RowCameras& cameras, const TruthBuffer& truth,
                                                 WorkerPool& pool) {
   std::vector<Silhouette> result;
-  const SE3 T_camera_world = T_world_camera.inverse();
   for (size_t id = 0; id < scene_.instances.size(); ++id) {
     const SceneInstance& instance = scene_.instances[id];
     if (!instance.tracked) continue;
     Silhouette silhouette;
     silhouette.mask = Image<uint8_t>(camera_.width(), camera_.height());
-    const DirectionBox box = boxOf(instance, T_camera_world);
-    traceInside(static_cast<int>(id), box, T_world_camera, truth, pool, silhouette);
-    silhouette.px_all = silhouette.px_valid + countOutside(instance, box, T_world_camera, pool);
+    traceInside(static_cast<int>(id), cameras, truth, pool, silhouette);
+    silhouette.px_all = silhouette.px_valid + countOutside(instance, cameras, pool);
     result.push_back(std::move(silhouette));
   }
   return result;
 }
 
-void SilhouetteTracer::traceInside(int id, const DirectionBox& box, const SE3& T_world_camera,
-                                   const TruthBuffer& truth, WorkerPool& pool,
-                                   Silhouette& silhouette) const {
-  const Bvh& bvh = *scene_.instances[static_cast<size_t>(id)].alone;
-  const Matrix3d R = T_world_camera.rotationMatrix();
+void SilhouetteTracer::traceInside(int id, const RowCameras& cameras, const TruthBuffer& truth,
+                                   WorkerPool& pool, Silhouette& silhouette) const {
+  const SceneInstance& instance = scene_.instances[static_cast<size_t>(id)];
+  const Bvh& bvh = *instance.alone;
+  const std::vector<DirectionBox> boxes =
+      boxesOf(instance, cameras, 0, kTileSize, table_.tileCount() / table_.tilesX());
   struct Counts {
     int valid = 0, visible = 0;
   };
   std::vector<Counts> counts(static_cast<size_t>(table_.tileCount()));
   pool.run(table_.tileCount(), [&](int tile) {
+    const DirectionBox& box = boxes[static_cast<size_t>(tile / table_.tilesX())];
     if (!tile_boxes_[static_cast<size_t>(tile)].meets(box)) return;
     Counts& sum = counts[static_cast<size_t>(tile)];
     for (int p = 0; p < kPacketsPerTile; ++p) {
@@ -135,9 +148,8 @@ void SilhouetteTracer::traceInside(int id, const DirectionBox& box, const SE3& T
       const int open = simd::bits(near) & packet.valid & ~visible;
       int all = visible;
       if (open)
-        all |= simd::bits(bvh.occluded(worldRays(T_world_camera, R, dx, dy), maskOfBits(open),
-                                       splat(0.f), splat(std::numeric_limits<float>::infinity()),
-                                       true));
+        all |= simd::bits(bvh.occluded(cameras.rays(packet, y), maskOfBits(open), splat(0.f),
+                                       splat(std::numeric_limits<float>::infinity()), true));
       sum.visible += count(visible);
       sum.valid += count(all);
       for (int lane = 0; lane < 8; ++lane)
@@ -150,13 +162,13 @@ void SilhouetteTracer::traceInside(int id, const DirectionBox& box, const SE3& T
   }
 }
 
-int SilhouetteTracer::countOutside(const SceneInstance& instance, const DirectionBox& box,
-                                   const SE3& T_world_camera, WorkerPool& pool) {
+int SilhouetteTracer::countOutside(const SceneInstance& instance, const RowCameras& cameras,
+                                   WorkerPool& pool) {
   // An object whose box lies well within the outermost tiles cannot leave the image.
   if (!beyond_) beyond_ = std::make_unique<Beyond>(camera_);
   const Beyond& grid = *beyond_;
-  const Matrix3d R = T_world_camera.rotationMatrix();
   const int w = camera_.width(), h = camera_.height();
+  const std::vector<DirectionBox> boxes = boxesOf(instance, cameras, -h, kCell, grid.rows);
   std::vector<int> counts(static_cast<size_t>(grid.rows), 0);
   pool.run(grid.rows, [&](int r) {
     for (int c = 0; c < grid.columns; ++c) {
@@ -167,7 +179,7 @@ int SilhouetteTracer::countOutside(const SceneInstance& instance, const Directio
         const Eigen::Vector2f& d = grid.corner(c + (k & 1), r + (k >> 1));
         cell.extend(d.x(), d.y());
       }
-      if (!cell.meets(box)) continue;
+      if (!cell.meets(boxes[static_cast<size_t>(r)])) continue;
       for (int row = 0; row < kCell; ++row) {
         const float fv = static_cast<float>(row) / kCell;
         const Eigen::Vector2f a = (1 - fv) * grid.corner(c, r) + fv * grid.corner(c, r + 1);
@@ -180,7 +192,7 @@ int SilhouetteTracer::countOutside(const SceneInstance& instance, const Directio
         const Int8 active = canvas & ~image;
         if (!simd::bits(active)) continue;
         counts[static_cast<size_t>(r)] += count(simd::bits(
-            instance.alone->occluded(worldRays(T_world_camera, R, dx, dy), active, splat(0.f),
+            instance.alone->occluded(cameras[y + row].rays(dx, dy), active, splat(0.f),
                                      splat(std::numeric_limits<float>::infinity()), true)));
       }
     }

@@ -8,6 +8,7 @@
 #include "sim/ray_table.h"
 #include "sim/render_scene.h"
 #include "sim/renderer.h"
+#include "sim/row_cameras.h"
 #include "sim/truth_buffer.h"
 #include "sim/worker_pool.h"
 
@@ -19,17 +20,18 @@ class SilhouetteTracer {
   ~SilhouetteTracer();
 
   // One Silhouette per tracked object. Pixels in which the truth shows the object need no ray.
-  std::vector<Silhouette> trace(const SE3& T_world_camera, const TruthBuffer& truth,
+  std::vector<Silhouette> trace(const RowCameras& cameras, const TruthBuffer& truth,
                                 WorkerPool& pool);
 
  private:
   struct DirectionBox;
   struct Beyond;  // the pixel grid outside the image
   DirectionBox boxOf(const SceneInstance& instance, const SE3& T_camera_world) const;
-  void traceInside(int id, const DirectionBox& box, const SE3& T_world_camera,
-                   const TruthBuffer& truth, WorkerPool& pool, Silhouette& silhouette) const;
-  int countOutside(const SceneInstance& instance, const DirectionBox& box,
-                   const SE3& T_world_camera, WorkerPool& pool);
+  std::vector<DirectionBox> boxesOf(const SceneInstance& instance, const RowCameras& cameras, int y,
+                                    int rows, int count) const;
+  void traceInside(int id, const RowCameras& cameras, const TruthBuffer& truth, WorkerPool& pool,
+                   Silhouette& silhouette) const;
+  int countOutside(const SceneInstance& instance, const RowCameras& cameras, WorkerPool& pool);
 
   const RenderScene& scene_;
   const Camera& camera_;

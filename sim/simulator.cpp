@@ -115,6 +115,7 @@ ExposureMotion Simulator::State::motionDuring(int index) const {
   const double middle_s = scene.time_s(index);
   ExposureMotion motion;
   motion.exposure_s = scene.effects.blur ? scene.exposure_s : 0;
+  motion.row_time_s = scene.row_time_s;
   motion.brightest = static_cast<float>(kSaturation / exposure);
   motion.T_world_camera = [this, middle_s](double offset_s) {
     return scene.path->pose(middle_s + offset_s);
@@ -129,6 +130,9 @@ GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) const {
   GroundTruth truth;
   truth.timestamp_ns = scene.timestampNs(index);
   truth.T_world_camera = scene.T_world_camera(index);
+  if (scene.row_time_s > 0)
+    for (int y = 0; y < camera.height(); ++y)
+      truth.row_poses.push_back(scene.path->pose(scene.time_s(index) + scene.rowOffset_s(y)));
   truth.depth_m = std::move(rendered.depth_m);
   truth.instance_id = std::move(rendered.instance_id);
   size_t next = 0;

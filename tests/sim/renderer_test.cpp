@@ -6,27 +6,18 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "sim/light_baker.h"
 #include "sim/ray_renderer.h"
+#include "tests/sim/lit_scene.h"
 #include "tests/sim/scene_support.h"
 
 namespace diorama {
 namespace {
 
+using test::lit;
 using test::object;
 using test::plainScene;
 using test::square;
 using test::Workshop;
-
-std::shared_ptr<const RenderScene> lit(const Scene& scene, LightBakerOptions options = {}) {
-  auto result = std::make_shared<RenderScene>(makeRenderScene(scene));
-  WorkerPool pool(1);
-  options.max_samples = 20000;
-  options.bounces = 1;
-  options.last_bounce_rays = 64;
-  bakeLight(*result, options, pool);
-  return result;
-}
 
 RenderedFrame renderStill(const Scene& scene, RenderQuality quality = RenderQuality::kDraft,
                           int threads = 1) {
