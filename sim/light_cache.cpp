@@ -12,7 +12,7 @@
 namespace diorama {
 namespace {
 
-constexpr uint64_t kVersion = 5;  // of the baker and the file; a change makes old files unknown
+constexpr uint64_t kVersion = 6;  // of the baker and the file; a change makes old files unknown
 constexpr char kMagic[8] = {'D', 'I', 'O', 'L', 'I', 'G', 'H', 'T'};
 
 // Two 64-bit mixing chains over whole words: quick, and without an adversary good enough.
@@ -90,13 +90,14 @@ struct Header {
   char magic[8];
   std::array<uint64_t, 2> content;
   uint64_t count;
-  std::array<uint64_t, 2> samples;  // hash of what follows
+  std::array<uint64_t, 2> samples;  // hash of what follows: all light, then the bounced part
   float max, typical;
 };
 
-std::array<uint64_t, 2> hashOf(const std::vector<uint32_t>& samples) {
+std::array<uint64_t, 2> hashOf(const LightMap& map) {
   ContentHash hash;
-  hash.addAll(samples);
+  hash.addAll(map.samples);
+  hash.addAll(map.bounced);
   return hash.value();
 }
 
@@ -110,7 +111,8 @@ bool load(const std::filesystem::path& file, const std::array<uint64_t, 2>& cont
           size_t expected, LightMap& map) {
   std::error_code error;
   const auto size = std::filesystem::file_size(file, error);
-  if (error || size != sizeof(Header) + expected * sizeof(uint32_t)) return false;
+  const size_t bytes_each = expected * sizeof(uint32_t);
+  if (error || size != sizeof(Header) + 2 * bytes_each) return false;
   const std::string bytes = readFile(file);
   if (bytes.size() != size) return false;
   Header header;
@@ -120,8 +122,10 @@ bool load(const std::filesystem::path& file, const std::array<uint64_t, 2>& cont
     return false;
   LightMap loaded;
   loaded.samples.resize(expected);
-  std::memcpy(loaded.samples.data(), bytes.data() + sizeof header, expected * sizeof(uint32_t));
-  if (hashOf(loaded.samples) != header.samples) return false;
+  loaded.bounced.resize(expected);
+  std::memcpy(loaded.samples.data(), bytes.data() + sizeof header, bytes_each);
+  std::memcpy(loaded.bounced.data(), bytes.data() + sizeof header + bytes_each, bytes_each);
+  if (hashOf(loaded) != header.samples) return false;
   loaded.max = header.max;
   loaded.typical = header.typical;
   map = std::move(loaded);
@@ -134,28 +138,14 @@ void save(const std::filesystem::path& file, const std::array<uint64_t, 2>& cont
   std::memcpy(header.magic, kMagic, sizeof kMagic);
   header.content = content;
   header.count = map.samples.size();
-  header.samples = hashOf(map.samples);
+  header.samples = hashOf(map);
   header.max = map.max;
   header.typical = map.typical;
   std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
-  bytes.append(reinterpret_cast<const char*>(map.samples.data()),
-               map.samples.size() * sizeof(uint32_t));
+  for (const std::vector<uint32_t>* part : {&map.samples, &map.bounced})
+    bytes.append(reinterpret_cast<const char*>(part->data()), part->size() * sizeof(uint32_t));
   createFolder(file.parent_path());
   writeFileAtomically(file, bytes);
-}
-
-// Where each triangle's samples begin; the number of all.
-size_t layOut(RenderScene& scene, const LightBakerOptions& options) {
-  const std::vector<int> resolutions =
-      chooseResolutions(scene, options.spacing_m, options.spacing_growth, options.max_samples);
-  size_t count = 0;
-  for (size_t k = 0; k < scene.triangles.size(); ++k) {
-    const int r = resolutions[k];
-    scene.triangles[k].light_offset = static_cast<int>(count);
-    scene.triangles[k].light_resolution = r;
-    count += static_cast<size_t>((r + 1) * (r + 2) / 2);
-  }
-  return count;
 }
 
 }  // namespace
@@ -163,7 +153,8 @@ size_t layOut(RenderScene& scene, const LightBakerOptions& options) {
 void loadOrBakeLight(RenderScene& scene, const LightBakerOptions& options, WorkerPool& pool) {
   const std::array<uint64_t, 2> content = contentHash(scene, options);
   const std::filesystem::path file = cacheFolder() / "light" / (hex(content) + ".bin");
-  const size_t expected = layOut(scene, options);
+  const size_t expected =
+      layOutLight(scene, {options.spacing_m, options.spacing_growth, options.max_samples});
   try {
     if (load(file, content, expected, scene.light)) return;
   } catch (const Error&) {  // not readable: as good as not there

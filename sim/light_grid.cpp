@@ -64,10 +64,7 @@ void forNeighbours(int i, int j, int resolution, Fn fn) {
   }
 }
 
-}  // namespace
-
-std::vector<int> chooseResolutions(const RenderScene& scene, double spacing_m, double growth,
-                                   int max_samples) {
+std::vector<int> chooseResolutions(const RenderScene& scene, const LightSpacing& wanted) {
   const Box focus = focusBox(scene);
   std::vector<int> resolutions(scene.triangles.size());
   for (double widen = 1;;) {
@@ -78,21 +75,35 @@ std::vector<int> chooseResolutions(const RenderScene& scene, double spacing_m, d
       const double longest =
           static_cast<double>(std::max({(b - a).norm(), (c - a).norm(), (c - b).norm()}));
       const auto distance = static_cast<double>(focus.exteriorDistance(triangleBox(scene, k)));
-      const double spacing = widen * (spacing_m + growth * distance);
+      const double spacing = widen * (wanted.spacing_m + wanted.growth * distance);
       // Slivers by their area, not by their longest edge.
       const double size = std::max(std::sqrt(area2), 0.3 * longest);
       resolutions[k] = static_cast<int>(std::clamp(std::ceil(size / spacing), 1.0, 1024.0));
       total += sampleCount(resolutions[k]);
     }
     const auto least = static_cast<int64_t>(3 * scene.triangles.size());
-    if (total <= std::max<int64_t>(max_samples, 2 * least)) return resolutions;
-    widen *= 1.02 * std::sqrt(static_cast<double>(total) / max_samples);
+    if (total <= std::max<int64_t>(wanted.max_samples, 2 * least)) return resolutions;
+    widen *= 1.02 * std::sqrt(static_cast<double>(total) / wanted.max_samples);
   }
 }
 
-LightGrid makeLightGrid(const RenderScene& scene, std::vector<int> resolutions) {
+}  // namespace
+
+size_t layOutLight(RenderScene& scene, const LightSpacing& spacing) {
+  const std::vector<int> resolutions = chooseResolutions(scene, spacing);
+  size_t count = 0;
+  for (size_t k = 0; k < scene.triangles.size(); ++k) {
+    scene.triangles[k].light_offset = static_cast<int>(count);
+    scene.triangles[k].light_resolution = resolutions[k];
+    count += static_cast<size_t>(sampleCount(resolutions[k]));
+  }
+  return count;
+}
+
+LightGrid makeLightGrid(const RenderScene& scene, int divisor) {
   LightGrid grid;
-  grid.resolution = std::move(resolutions);
+  for (const ShadingTriangle& t : scene.triangles)
+    grid.resolution.push_back((t.light_resolution + divisor - 1) / divisor);
   std::unordered_map<PointKey, uint32_t, PointKeyHash> edge_points;
   for (uint32_t k = 0; k < scene.triangles.size(); ++k) {
     const ShadingTriangle& t = scene.triangles[k];

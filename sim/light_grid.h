@@ -26,12 +26,19 @@ struct LightGrid {
   Vector3f at(size_t triangle, float u, float v, const std::vector<Vector3f>& values) const;
 };
 
-// Intervals per triangle for samples about spacing + growth * distance apart, the distance taken to
-// the box around the scene's objects; wider when there would be more than max_samples.
-std::vector<int> chooseResolutions(const RenderScene& scene, double spacing_m, double growth,
-                                   int max_samples);
+// Samples are about spacing + growth * distance apart, the distance taken to the box around the
+// scene's objects; wider when there would be more than max_samples.
+struct LightSpacing {
+  double spacing_m = 0.004;
+  double growth = 0;
+  int max_samples = 0;
+};
 
-LightGrid makeLightGrid(const RenderScene& scene, std::vector<int> resolutions);
+// Gives each triangle its place in the light map; returns the number of samples.
+size_t layOutLight(RenderScene& scene, const LightSpacing& spacing);
+
+// The points of the samples where `divisor` intervals of the light map make one of the grid.
+LightGrid makeLightGrid(const RenderScene& scene, int divisor = 1);
 
 // The means of each point and its neighbours in the grids.
 std::vector<Vector3f> smoothed(const LightGrid& grid, const std::vector<Vector3f>& values);

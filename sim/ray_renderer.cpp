@@ -146,8 +146,9 @@ void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, Image
     if (draft == nullptr || packet.valid == 0) continue;
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
-      const Surface surface = shading::surfaceAt<2>(*scene, rays, hits, splat(packet.pixel), 0.25f);
-      color = shading::radianceOf(*scene, rays, hits, surface);
+      const Surface surface =
+          shading::surfaceAt<2>(*scene, scene->lightView(), rays, hits, splat(packet.pixel), 0.25f);
+      color = shading::radianceOf(*scene, scene->lightView(), rays, hits, surface);
     }
     for (int lane = 0; lane < 8; ++lane)
       if (packet.valid >> lane & 1)
@@ -286,8 +287,9 @@ Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const PatternR
     const PacketHits hits = closest(rays);
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
-      const Surface surface = shading::surfaceAt<1>(*scene, rays, hits, pixel, sample.dither);
-      color = shading::radianceOf(*scene, rays, hits, surface);
+      const Surface surface =
+          shading::surfaceAt<1>(*scene, scene->lightView(), rays, hits, pixel, sample.dither);
+      color = shading::radianceOf(*scene, scene->lightView(), rays, hits, surface);
     }
     color = simd::min(color, splat(brightest));
     sum = sum + color;
@@ -319,8 +321,10 @@ Vector8 RayRenderer::State::colorOfTriangle(const PacketRays& packet, const Patt
     const PixelSample& sample = pattern.first.base[k];
     const RayPacket rays = raysOf(packet, sample, pattern.second.base[k]);
     const PacketHits hits = plane.plane(rays, valid);
-    const Surface surface = shading::surfaceAt<1>(*scene, data, rays, hits, pixel, sample.dither);
-    sum = sum + simd::min(shading::radianceOf(*scene, rays, hits, surface), splat(brightest));
+    const Surface surface =
+        shading::surfaceAt<1>(*scene, scene->lightView(), data, rays, hits, pixel, sample.dither);
+    sum = sum + simd::min(shading::radianceOf(*scene, scene->lightView(), rays, hits, surface),
+                          splat(brightest));
   }
   return sum * splat(step);
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/errors.h"
+#include "sim/light_grid.h"
 #include "sim/mesh_import.h"
 
 namespace diorama {
@@ -29,8 +30,10 @@ class Builder {
  public:
   explicit Builder(RenderScene& scene) : scene_(scene) {}
 
-  void add(const Mesh& mesh, const SE3& T_world_object, bool tracked) {
+  // Gives the triangles an instance id and a place in the scene's frame.
+  SceneInstance add(const Mesh& mesh, const SE3& T_world_object, int id) {
     mesh_ = &mesh;
+    id_ = id;
     first_corner_ = static_cast<uint32_t>(scene_.corners.size());
     first_material_ = static_cast<int>(scene_.materials.size());
     rotation_ = T_world_object.rotationMatrix().cast<float>();
@@ -41,12 +44,11 @@ class Builder {
     SceneInstance instance;
     instance.first_triangle = static_cast<uint32_t>(scene_.triangles.size());
     instance.triangle_count = static_cast<uint32_t>(mesh.triangles.size());
-    instance.tracked = tracked;
     instance.min_corner = mesh.minCorner().cast<double>();
     instance.max_corner = mesh.maxCorner().cast<double>();
     instance.T_world_object = T_world_object;
     for (size_t k = 0; k < mesh.triangles.size(); ++k) addTriangle(k);
-    scene_.instances.push_back(std::move(instance));
+    return instance;
   }
 
  private:
@@ -55,7 +57,7 @@ class Builder {
     for (int k = 0; k < 3; ++k)
       scene_.indices.push_back(first_corner_ + static_cast<uint32_t>(corner[k]));
     ShadingTriangle t;
-    t.instance = static_cast<int>(scene_.instances.size());
+    t.instance = id_;
     t.material = first_material_ + mesh_->triangle_materials[index];
     const auto id = static_cast<uint32_t>(scene_.triangles.size());
     const Vector3f p0 = scene_.corner(id, 0), e1 = scene_.corner(id, 1) - p0,
@@ -93,6 +95,7 @@ class Builder {
 
   RenderScene& scene_;
   const Mesh* mesh_ = nullptr;
+  int id_ = 0;
   uint32_t first_corner_ = 0;
   int first_material_ = 0;
   Eigen::Matrix3f rotation_;
@@ -130,38 +133,77 @@ bool markLamp(RenderScene& scene, uint32_t triangle) {
   return false;
 }
 
-void buildHierarchies(RenderScene& scene) {
+void finish(RenderScene& scene) {
+  scene.is_lamp.resize(scene.triangles.size());
+  for (uint32_t k = 0; k < scene.triangles.size(); ++k) scene.is_lamp[k] = markLamp(scene, k);
   scene.corners.emplace_back(Vector3f::Zero());  // spare
   const std::span<const Vector3f> corners(scene.corners.data(), scene.corners.size() - 1);
   const std::span<const uint32_t> indices(scene.indices);
-  scene.bvh.emplace(corners, indices);
-  scene.quick_bvh.emplace(corners, indices, Traversal::kQuick);
+  scene.bvh = std::make_shared<Bvh>(corners, indices);
+  scene.quick_bvh = std::make_shared<Bvh>(corners, indices, Traversal::kQuick);
   for (SceneInstance& instance : scene.instances)
-    if (instance.tracked)
-      instance.alone.emplace(
+    if (instance.tracked && instance.moving < 0)
+      instance.alone = std::make_shared<Bvh>(
           corners, indices.subspan(3 * instance.first_triangle, 3 * instance.triangle_count));
 }
 
+// A scene of its own in the object's frame, which does not stay where its memory is.
+std::shared_ptr<const RenderScene> makeMovingScene(const Mesh& mesh, int id,
+                                                   SceneInstance& instance) {
+  auto scene = std::make_shared<RenderScene>();
+  instance = Builder(*scene).add(mesh, SE3{}, id);
+  layOutLight(*scene, {.spacing_m = 0.006, .growth = 0, .max_samples = 60'000});
+  finish(*scene);
+  instance.alone = scene->bvh;
+  return scene;
+}
+
+void addObject(RenderScene& scene, Builder& builder, const SceneObject& object, size_t index) {
+  const Mesh mesh = importMesh(object.mesh, {object.scale, object.y_up});
+  const int id = static_cast<int>(index) + 1;
+  SceneInstance instance;
+  if (object.path) {
+    scene.moving.push_back({index, makeMovingScene(mesh, id, instance)});
+    instance.moving = static_cast<int>(scene.moving.size()) - 1;
+  } else {
+    instance = builder.add(mesh, object.T_world_object, id);
+  }
+  instance.tracked = object.tracked;
+  scene.instances.push_back(std::move(instance));
+}
+
 }  // namespace
+
+uint32_t packLight(const Vector3f& light, float max) {
+  const auto quantise = [&](float x, float levels) {
+    return static_cast<uint32_t>(std::lround(levels * std::sqrt(std::clamp(x / max, 0.f, 1.f))));
+  };
+  return quantise(light.x(), 2047) | quantise(light.y(), 2047) << 11 |
+         quantise(light.z(), 1023) << 22;
+}
+
+Vector3f unpackLight(uint32_t sample, float max) {
+  const auto square = [](uint32_t q, float levels) {
+    const float x = static_cast<float>(q) / levels;
+    return x * x;
+  };
+  return max * Vector3f(square(sample & 2047, 2047), square(sample >> 11 & 2047, 2047),
+                        square(sample >> 22, 1023));
+}
 
 RenderScene makeRenderScene(const Scene& scene) {
   RenderScene result;
   for (const AreaLight& light : scene.lights) result.lights.push_back(makeLight(light));
   Builder builder(result);
-  if (scene.environment_mesh.empty())
-    result.instances.emplace_back();
-  else
-    builder.add(importMesh(scene.environment_mesh), SE3{}, false);
-  for (const SceneObject& object : scene.objects)
-    builder.add(importMesh(object.mesh, {object.scale, object.y_up}), object.T_world_object,
-                object.tracked);
-  result.is_lamp.resize(result.triangles.size());
-  for (uint32_t k = 0; k < result.triangles.size(); ++k) result.is_lamp[k] = markLamp(result, k);
+  result.instances.push_back(scene.environment_mesh.empty()
+                                 ? SceneInstance{}
+                                 : builder.add(importMesh(scene.environment_mesh), SE3{}, 0));
+  for (size_t i = 0; i < scene.objects.size(); ++i) addObject(result, builder, scene.objects[i], i);
   const bool emits = std::any_of(result.materials.begin(), result.materials.end(),
                                  [](const ShadingMaterial& m) { return m.emits; });
   const bool dark = result.lights.empty() && !emits && scene.ambient <= 0;
   result.sky.setConstant(dark ? 1.f : static_cast<float>(scene.ambient));
-  buildHierarchies(result);
+  finish(result);
   return result;
 }
 

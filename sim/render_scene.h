@@ -1,9 +1,10 @@
-// A scene ready to be drawn: triangles in world coordinates with all that shading needs, materials,
-// textures, lights, ray hierarchies and baked light.
+// A scene ready to be drawn: triangles of all that rests in world coordinates, with all that
+// shading needs, materials, textures, lights, ray hierarchies and baked light.
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "core/mesh.h"
@@ -47,17 +48,36 @@ struct RectangleLight {
 // j one after the other. Stored with 11, 11 and 10 bits of the square root of light / max.
 struct LightMap {
   std::vector<uint32_t> samples;
+  std::vector<uint32_t> bounced;  // the part that does not come straight from an area light
   float max = 1;
   float typical = 1;  // mean over all samples
+};
+uint32_t packLight(const Vector3f& light, float max);
+Vector3f unpackLight(uint32_t sample, float max);
+
+// What lights the triangles of a scene in one frame.
+struct LightView {
+  std::span<const RectangleLight> lights;
+  const LightMap& map;
 };
 
 // Objects in the scene's order behind the environment (instance 0).
 struct SceneInstance {
-  uint32_t first_triangle = 0, triangle_count = 0;
+  uint32_t first_triangle = 0, triangle_count = 0;  // none when it moves
   bool tracked = false;
-  Vector3d min_corner, max_corner;  // object frame, m
-  SE3 T_world_object;
-  std::optional<Bvh> alone;  // tracked objects: for silhouettes
+  Vector3d min_corner, max_corner;   // object frame, m
+  SE3 T_world_object;                // where it rests
+  int moving = -1;                   // its place in RenderScene::moving
+  std::shared_ptr<const Bvh> alone;  // tracked objects, for silhouettes; object frame when it moves
+};
+
+struct RenderScene;
+
+// An object on a path of its own: a scene in the object's frame, whose light is made anew in each
+// frame (sim/moving_light.h). Its triangles carry the object's instance id.
+struct MovingObject {
+  size_t object = 0;  // in Scene::objects
+  std::shared_ptr<const RenderScene> scene;
 };
 
 struct RenderScene {
@@ -66,17 +86,19 @@ struct RenderScene {
   std::vector<ShadingTriangle> triangles;
   std::vector<ShadingMaterial> materials;
   std::vector<SceneInstance> instances;
+  std::vector<MovingObject> moving;
   std::vector<RectangleLight> lights;
   std::vector<uint8_t> is_lamp;  // per triangle: the visible body of one of the lights
   TextureAtlas textures;
   Vector3f sky = Vector3f::Zero();  // radiance of what no surface hides
   LightMap light;
-  std::optional<Bvh> bvh;        // for truth and for baking
-  std::optional<Bvh> quick_bvh;  // for colours
+  std::shared_ptr<const Bvh> bvh;        // for truth and for baking
+  std::shared_ptr<const Bvh> quick_bvh;  // for colours
 
   Vector3f corner(uint32_t triangle, int k) const {
     return corners[indices[3 * triangle + static_cast<uint32_t>(k)]];
   }
+  LightView lightView() const { return {lights, light}; }
 };
 
 // Imports every mesh of a scene. The light is not baked yet. Throws MissingInputError or

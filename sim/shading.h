@@ -221,8 +221,9 @@ class SingleTriangle {
 // two mip levels, so that samples of one pixel together are trilinear. kTaps taps are spread along
 // the longer axis of the footprint. `t` is the data of the triangles that were hit.
 template <int kTaps>
-inline Surface surfaceAt(const RenderScene& scene, const TriangleLanes& t, const RayPacket& rays,
-                         const PacketHits& hits, Float8 pixel, float dither) {
+inline Surface surfaceAt(const RenderScene& scene, const LightView& light, const TriangleLanes& t,
+                         const RayPacket& rays, const PacketHits& hits, Float8 pixel,
+                         float dither) {
   Surface surface;
   surface.instance = t.instance;
   surface.specular = t.specular;
@@ -262,7 +263,7 @@ inline Surface surfaceAt(const RenderScene& scene, const TriangleLanes& t, const
   }
   surface.emission = t.emits ? surface.albedo * t.emission : simd::splat3(0, 0, 0);
   surface.albedo = surface.albedo * t.tint;
-  surface.light = bakedLight(scene.light, t.light_offset, t.light_resolution, u, v);
+  surface.light = bakedLight(light.map, t.light_offset, t.light_resolution, u, v);
   Vector8 n = {t.normal0[0] + u * t.normal1[0] + v * t.normal2[0],
                t.normal0[1] + u * t.normal1[1] + v * t.normal2[1],
                t.normal0[2] + u * t.normal1[2] + v * t.normal2[2]};
@@ -272,11 +273,11 @@ inline Surface surfaceAt(const RenderScene& scene, const TriangleLanes& t, const
 }
 
 template <int kTaps>
-inline Surface surfaceAt(const RenderScene& scene, const RayPacket& rays, const PacketHits& hits,
-                         Float8 pixel, float dither) {
+inline Surface surfaceAt(const RenderScene& scene, const LightView& light, const RayPacket& rays,
+                         const PacketHits& hits, Float8 pixel, float dither) {
   TriangleLanes t;
   loadTriangles(scene, hits, t);
-  return surfaceAt<kTaps>(scene, t, rays, hits, pixel, dither);
+  return surfaceAt<kTaps>(scene, light, t, rays, hits, pixel, dither);
 }
 
 // Share of a bell of half width w around a that lies within [-half, half].
@@ -290,7 +291,7 @@ inline Float8 coverage(Float8 a, float half, Float8 inverse_w) {
 
 // The mirror ray meets each light's plane; a glossy surface sees the light blurred by its lobe.
 // What lies in shadow shows no highlight: the baked light says so.
-inline Vector8 highlight(const RenderScene& scene, const RayPacket& rays, const PacketHits& hits,
+inline Vector8 highlight(const LightView& view, const RayPacket& rays, const PacketHits& hits,
                          const Surface& s) {
   const Vector8 d = rays.direction * simd::inverseSqrt(dot(rays.direction, rays.direction));
   const Float8 cosine = dot(d, s.normal);
@@ -302,9 +303,9 @@ inline Vector8 highlight(const RenderScene& scene, const RayPacket& rays, const 
   const Float8 fresnel =
       s.specular + (gain * simd::min(s.specular * 25.f, splat(1.f))) * (f2 * f2 * f);
   Vector8 sum = s.light * splat(0.5f);  // what else the mirror ray may meet
-  const Float8 lit = simd::min(s.light.y * (1.5f / scene.light.typical), splat(1.f));
+  const Float8 lit = simd::min(s.light.y * (1.5f / view.map.typical), splat(1.f));
   const Float8 gate = lit * lit;
-  for (const RectangleLight& light : scene.lights) {
+  for (const RectangleLight& light : view.lights) {
     const Vector8 axis_u = simd::splat3(light.axis_u), axis_v = simd::splat3(light.axis_v),
                   normal = simd::splat3(light.normal);
     const Vector8 to = simd::splat3(light.center) - p;
@@ -320,11 +321,31 @@ inline Vector8 highlight(const RenderScene& scene, const RayPacket& rays, const 
   return sum * fresnel;
 }
 
-inline Vector8 radianceOf(const RenderScene& scene, const RayPacket& rays, const PacketHits& hits,
-                          const Surface& s) {
-  const Vector8 glossy = highlight(scene, rays, hits, s);
+inline Vector8 radianceOf(const RenderScene& scene, const LightView& light, const RayPacket& rays,
+                          const PacketHits& hits, const Surface& s) {
+  const Vector8 glossy = highlight(light, rays, hits, s);
   const Vector8 seen = s.albedo * s.light + s.emission + glossy;
   return simd::select(hits.mask, seen, simd::splat3(scene.sky));
+}
+
+// The diffuse radiance that comes from the rays' directions, without area lights: what lights other
+// surfaces. Backs of faces are black; adds the rays that meet one to back_faces.
+inline Vector8 diffuseRadiance(const RenderScene& scene, const LightView& light,
+                               const RayPacket& rays, PacketHits hits, int& back_faces) {
+  const Int8 missed = ~hits.mask;
+  const Int8 back = hits.mask & (dot(hits.normal, rays.direction) > 0.f);
+  back_faces += __builtin_popcount(static_cast<unsigned>(simd::bits(back)));
+  hits.mask &= ~back;
+  Vector8 seen = simd::splat3(0, 0, 0);
+  if (simd::bits(hits.mask)) {
+    const Surface s = surfaceAt<1>(scene, light, rays, hits, splat(0.1f), 0.5f);
+    Vector8 emission = s.emission;
+    for (int i = 0; i < 8; ++i)
+      if (hits.mask[i] && scene.is_lamp[static_cast<size_t>(hits.triangle[i])])
+        emission.x[i] = emission.y[i] = emission.z[i] = 0;
+    seen = simd::select(hits.mask, s.albedo * s.light + emission, seen);
+  }
+  return simd::select(missed, simd::splat3(scene.sky), seen);
 }
 
 }  // namespace shading
