@@ -8,6 +8,8 @@
 #include <optional>
 
 #include "core/errors.h"
+#include "sim/moving_objects.h"
+#include "sim/plane_depth.h"
 #include "sim/ray_table.h"
 #include "sim/row_cameras.h"
 #include "sim/sample_pattern.h"
@@ -27,49 +29,7 @@ namespace {
 
 // Samples that go farther are traced: the neighbourhood to look at would be too large.
 constexpr double kMostStray_px = 10;
-
-Int8 maskOfBits(int bits) {
-  const Int8 bit = {1, 2, 4, 8, 16, 32, 64, 128};
-  return (splat(bits) & bit) != splat(0);
-}
-
-// Depth on a triangle's plane in double precision: what single-precision traversal finds is off by
-// some 1e-6 of the distance, and more at grazing angles.
-class PlaneDepth {
- public:
-  explicit PlaneDepth(const RenderScene& scene) : scene_(scene) {}
-
-  // Along the direction (x, y, 1) of the camera.
-  float operator()(const CameraFrame& camera, uint32_t triangle, float x, float y,
-                   float traversal_t) {
-    setTriangle(camera, triangle);
-    const double along = n_camera_.x() * static_cast<double>(x) +
-                         n_camera_.y() * static_cast<double>(y) + n_camera_.z();
-    const double t = height_ / along;
-    // Seen edge-on the plane says nothing.
-    if (!(std::abs(t - static_cast<double>(traversal_t)) <=
-          1e-3 * static_cast<double>(traversal_t)))
-      return traversal_t;
-    return static_cast<float>(t);
-  }
-
- private:
-  void setTriangle(const CameraFrame& camera, uint32_t triangle) {
-    if (triangle == triangle_ && &camera == camera_) return;
-    triangle_ = triangle;
-    camera_ = &camera;
-    const Vector3d p0 = scene_.corner(triangle, 0).cast<double>();
-    const Vector3d n = (scene_.corner(triangle, 1).cast<double>() - p0)
-                           .cross(scene_.corner(triangle, 2).cast<double>() - p0);
-    height_ = n.dot(p0 - camera.origin);
-    n_camera_ = camera.R.transpose() * n;
-  }
-  const RenderScene& scene_;
-  const CameraFrame* camera_ = nullptr;
-  uint32_t triangle_ = UINT32_MAX;
-  Vector3d n_camera_ = Vector3d::Zero();
-  double height_ = 0;
-};
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
@@ -81,7 +41,12 @@ struct RayRenderer::State {
         table(camera),
         pool(o.threads),
         silhouettes(*scene, camera, table),
-        truth(table.paddedWidth(), table.paddedHeight()) {}
+        truth(table.paddedWidth(), table.paddedHeight()) {
+    if (!scene->moving.empty()) moving.emplace(scene, camera, table);
+  }
+
+  bool movingIn(int tile) const { return moving && moving->inTile(tile); }
+  LightView light() const { return moving ? moving->lightAround() : scene->lightView(); }
 
   void traceCenters(int tile, const RowCameras& cameras, Image<Radiance>* draft);
   void traceColors(int tile, const ExposureMotion& motion, Image<Radiance>& radiance) const;
@@ -89,6 +54,8 @@ struct RayRenderer::State {
                       const std::optional<VisibleTriangles>& around) const;
   Vector8 colorOfTriangle(const PacketRays& packet, const PatternRows& pattern,
                           uint32_t triangle) const;
+  Vector8 colorAmongMoving(int tile, const PacketRays& packet, int y, size_t choice,
+                           bool edge) const;
   double motionInTile(int tile, const ExposureMotion& motion) const;
   void preparePatterns(const ExposureMotion& motion);
 
@@ -99,7 +66,8 @@ struct RayRenderer::State {
   WorkerPool pool;
   SilhouetteTracer silhouettes;
   TruthBuffer truth;
-  std::array<MovingPattern, 3> patterns;  // few, more and many samples: by motion in the image
+  Patterns patterns;
+  std::optional<MovingObjects> moving;
   float brightest = 0;
 };
 
@@ -114,13 +82,15 @@ RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
   frame.radiance = Image<Radiance>(s.camera.width(), s.camera.height());
   const bool draft = s.options.quality == RenderQuality::kDraft;
   const RowCameras cameras(motion, s.camera.height());
+  if (s.moving) s.moving->begin(motion, s.pool);
   s.pool.run(s.table.tileCount(),
              [&](int tile) { s.traceCenters(tile, cameras, draft ? &frame.radiance : nullptr); });
   if (!draft) {
     s.preparePatterns(motion);
     s.pool.run(s.table.tileCount(), [&](int tile) { s.traceColors(tile, motion, frame.radiance); });
   }
-  frame.silhouettes = s.silhouettes.trace(cameras, s.truth, s.pool);
+  frame.silhouettes = s.silhouettes.trace(
+      cameras, s.moving ? s.moving->cameras() : std::span<const RowCameras>{}, s.truth, s.pool);
   s.truth.copyTo(frame, s.camera.width(), s.camera.height());
   return frame;
 }
@@ -131,7 +101,7 @@ void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, Image
     const PacketRays& packet = table.packet(tile, p);
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
     const RayPacket rays = cameras.rays(packet, y);
-    const Int8 valid = maskOfBits(packet.valid);
+    const Int8 valid = simd::maskOfBits(packet.valid);
     const PacketHits hits = scene->bvh->closest(rays, valid, splat(0.f), true);
     Float8 depth = splat(0.f);
     Int8 id = splat(0);
@@ -142,14 +112,23 @@ void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, Image
                                hits.t[lane]);
       id[lane] = scene->triangles[triangle].instance;
     }
-    truth.put(x, y, depth, id, simd::select(hits.mask, hits.triangle, splat(-1)), valid);
-    if (draft == nullptr || packet.valid == 0) continue;
     Vector8 color = simd::splat3(scene->sky);
-    if (simd::bits(hits.mask)) {
+    if (draft != nullptr && simd::bits(hits.mask)) {
       const Surface surface =
-          shading::surfaceAt<2>(*scene, scene->lightView(), rays, hits, splat(packet.pixel), 0.25f);
-      color = shading::radianceOf(*scene, scene->lightView(), rays, hits, surface);
+          shading::surfaceAt<2>(*scene, light(), rays, hits, splat(packet.pixel), 0.25f);
+      color = shading::radianceOf(*scene, light(), rays, hits, surface);
     }
+    Int8 resting = hits.mask;
+    if (movingIn(tile)) {
+      MovingObjects::Centers centers{simd::select(hits.mask, hits.t, splat(kInfinity)), depth, id,
+                                     splat(0)};
+      moving->traceCenters(tile, packet, y, centers, draft == nullptr ? nullptr : &color);
+      depth = centers.depth_m;
+      id = centers.id;
+      resting &= ~centers.mask;
+    }
+    truth.put(x, y, depth, id, simd::select(resting, hits.triangle, splat(-1)), valid);
+    if (draft == nullptr || packet.valid == 0) continue;
     for (int lane = 0; lane < 8; ++lane)
       if (packet.valid >> lane & 1)
         (*draft)(x + laneX(lane), y + laneY(lane)) = {color.x[lane], color.y[lane], color.z[lane]};
@@ -158,11 +137,17 @@ void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, Image
 
 void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
   const bool high = options.quality == RenderQuality::kHigh;
-  for (size_t k = 0; k < patterns.size(); ++k) {
-    const int count = 4 << k;
-    patterns[k] = MovingPattern(high ? std::max(16, 2 * count) : count,
-                                high ? count < 16 : count == 4, motion, camera.height(), pool);
-  }
+  const auto make = [&](const ExposureMotion& relative) {
+    Patterns result;
+    for (size_t k = 0; k < result.size(); ++k) {
+      const int count = 4 << k;
+      result[k] = MovingPattern(high ? std::max(16, 2 * count) : count,
+                                high ? count < 16 : count == 4, relative, camera.height(), pool);
+    }
+    return result;
+  };
+  patterns = make(motion);
+  if (moving) moving->preparePatterns(make);
   brightest = motion.brightest;
 }
 
@@ -196,8 +181,9 @@ double RayRenderer::State::motionInTile(int tile, const ExposureMotion& motion) 
 
 void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
                                      Image<Radiance>& radiance) const {
-  const double way = motionInTile(tile, motion);
-  const MovingPattern& pattern = patterns[way < 3.5 ? 0 : way < 8 ? 1 : 2];
+  const double way = std::max(motionInTile(tile, motion), moving ? moving->motionInTile(tile) : 0);
+  const size_t choice = way < 3.5 ? 0 : way < 8 ? 1 : 2;
+  const MovingPattern& pattern = patterns[choice];
   // Samples stray from the pixel by half the way and half a pixel.
   const double stray = way / 2 + 0.51;
   const int columns = static_cast<int>(std::ceil(std::min(stray, 99.0) / kPacketWidth)),
@@ -210,7 +196,9 @@ void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
     if (stray < kMostStray_px) around = truth.trianglesAround(x, y, columns, rows);
     const bool edge = truth.hasEdge(x, y, camera.width(), camera.height());
     Vector8 color;
-    if (around && around->count == 1 && !around->nothing)
+    if (movingIn(tile))
+      color = colorAmongMoving(tile, packet, y, choice, edge);
+    else if (around && around->count == 1 && !around->nothing)
       color = colorOfTriangle(packet, pattern.rows(y), static_cast<uint32_t>(around->triangle[0]));
     else
       color = colorPacket(packet, pattern.rows(y), edge, around);
@@ -221,19 +209,6 @@ void RayRenderer::State::traceColors(int tile, const ExposureMotion& motion,
 }
 
 namespace {
-
-RayPacket raysOf(const PacketRays& packet, const PixelSample& s) {
-  const Float8 x = simd::load(packet.x) + (s.du * packet.dx_du + s.dv * packet.dx_dv);
-  const Float8 y = simd::load(packet.y) + (s.du * packet.dy_du + s.dv * packet.dy_dv);
-  return {simd::splat3(s.origin),
-          simd::splat3(s.axis_x) * x + simd::splat3(s.axis_y) * y + simd::splat3(s.axis_z)};
-}
-
-// Samples of both rows differ in the camera's pose alone.
-RayPacket raysOf(const PacketRays& packet, const PixelSample& first, const PixelSample& second) {
-  const RayPacket rays = raysOf(packet, first);
-  return &first == &second ? rays : joinRows(rays, raysOf(packet, second));
-}
 
 // The nearest hits of a packet's samples. Where the pixels around show but a few triangles, these
 // are tried first; a ray that misses them all is traced.
@@ -276,7 +251,7 @@ class ClosestHits {
 Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const PatternRows& pattern,
                                         bool edge,
                                         const std::optional<VisibleTriangles>& around) const {
-  const Int8 valid = maskOfBits(packet.valid);
+  const Int8 valid = simd::maskOfBits(packet.valid);
   const Float8 pixel = splat(packet.pixel * pattern.first.footprint);
   const float step = 1.f / static_cast<float>(pattern.first.base.size());
   const ClosestHits closest(*scene, around, valid);
@@ -288,8 +263,8 @@ Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const PatternR
     Vector8 color = simd::splat3(scene->sky);
     if (simd::bits(hits.mask)) {
       const Surface surface =
-          shading::surfaceAt<1>(*scene, scene->lightView(), rays, hits, pixel, sample.dither);
-      color = shading::radianceOf(*scene, scene->lightView(), rays, hits, surface);
+          shading::surfaceAt<1>(*scene, light(), rays, hits, pixel, sample.dither);
+      color = shading::radianceOf(*scene, light(), rays, hits, surface);
     }
     color = simd::min(color, splat(brightest));
     sum = sum + color;
@@ -310,7 +285,7 @@ Vector8 RayRenderer::State::colorPacket(const PacketRays& packet, const PatternR
 
 Vector8 RayRenderer::State::colorOfTriangle(const PacketRays& packet, const PatternRows& pattern,
                                             uint32_t triangle) const {
-  const Int8 valid = maskOfBits(packet.valid);
+  const Int8 valid = simd::maskOfBits(packet.valid);
   const Float8 pixel = splat(packet.pixel * pattern.first.footprint);
   const float step = 1.f / static_cast<float>(pattern.first.base.size());
   const shading::SingleTriangle plane(*scene, triangle);
@@ -322,11 +297,41 @@ Vector8 RayRenderer::State::colorOfTriangle(const PacketRays& packet, const Patt
     const RayPacket rays = raysOf(packet, sample, pattern.second.base[k]);
     const PacketHits hits = plane.plane(rays, valid);
     const Surface surface =
-        shading::surfaceAt<1>(*scene, scene->lightView(), data, rays, hits, pixel, sample.dither);
-    sum = sum + simd::min(shading::radianceOf(*scene, scene->lightView(), rays, hits, surface),
-                          splat(brightest));
+        shading::surfaceAt<1>(*scene, light(), data, rays, hits, pixel, sample.dither);
+    sum = sum +
+          simd::min(shading::radianceOf(*scene, light(), rays, hits, surface), splat(brightest));
   }
   return sum * splat(step);
+}
+
+// Where moving objects may be, every sample is traced.
+Vector8 RayRenderer::State::colorAmongMoving(int tile, const PacketRays& packet, int y,
+                                             size_t choice, bool edge) const {
+  const Int8 valid = simd::maskOfBits(packet.valid);
+  const PatternRows rows = patterns[choice].rows(y);
+  Vector8 sum = simd::splat3(0, 0, 0);
+  const auto add = [&](const SamplePattern& first, const SamplePattern& second, bool extra) {
+    const std::vector<PixelSample>&a = extra ? first.extra : first.base,
+          &b = extra ? second.extra : second.base;
+    for (size_t k = 0; k < a.size(); ++k) {
+      const RayPacket rays = raysOf(packet, a[k], b[k]);
+      const PacketHits hits = scene->quick_bvh->closest(rays, valid, splat(0.f), true);
+      Vector8 color = simd::splat3(scene->sky);
+      if (simd::bits(hits.mask)) {
+        const Surface surface = shading::surfaceAt<1>(
+            *scene, light(), rays, hits, splat(packet.pixel * first.footprint), a[k].dither);
+        color = shading::radianceOf(*scene, light(), rays, hits, surface);
+      }
+      moving->drawSample(tile, packet, y, {choice, extra, k},
+                         simd::select(hits.mask, hits.t, splat(kInfinity)), color);
+      sum = sum + simd::min(color, splat(brightest));
+    }
+  };
+  add(rows.first, rows.second, false);
+  const auto count = static_cast<float>(rows.first.base.size());
+  if (!edge || rows.first.extra.empty()) return sum * splat(1 / count);
+  add(rows.first, rows.second, true);
+  return sum * splat(0.5f / count);
 }
 
 }  // namespace diorama

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "core/types.h"
+#include "sim/ray_table.h"
 #include "sim/renderer.h"
+#include "sim/row_cameras.h"
 #include "sim/worker_pool.h"
 
 namespace diorama {
@@ -29,6 +31,21 @@ struct PatternRows {
   const SamplePattern& first;
   const SamplePattern& second;
 };
+
+// One sample of each pixel of a packet.
+inline RayPacket raysOf(const PacketRays& packet, const PixelSample& s) {
+  const simd::Float8 x = simd::load(packet.x) + (s.du * packet.dx_du + s.dv * packet.dx_dv);
+  const simd::Float8 y = simd::load(packet.y) + (s.du * packet.dy_du + s.dv * packet.dy_dv);
+  return {simd::splat3(s.origin),
+          simd::splat3(s.axis_x) * x + simd::splat3(s.axis_y) * y + simd::splat3(s.axis_z)};
+}
+
+// Samples of both rows differ in the camera's pose alone.
+inline RayPacket raysOf(const PacketRays& packet, const PixelSample& first,
+                        const PixelSample& second) {
+  const RayPacket rays = raysOf(packet, first);
+  return &first == &second ? rays : joinRows(rays, raysOf(packet, second));
+}
 
 // A pattern along the camera's motion: one for all rows, or, with a rolling shutter, one a row.
 class MovingPattern {

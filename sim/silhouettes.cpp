@@ -10,28 +10,9 @@ using simd::Float8;
 using simd::Int8;
 using simd::splat;
 
-// A box of directions (x / z, y / z) in the camera frame.
-struct SilhouetteTracer::DirectionBox {
-  float x0 = std::numeric_limits<float>::infinity(), x1 = -x0, y0 = x0, y1 = -x0;
-  void extend(float x, float y) {
-    x0 = std::min(x0, x);
-    x1 = std::max(x1, x);
-    y0 = std::min(y0, y);
-    y1 = std::max(y1, y);
-  }
-  bool meets(const DirectionBox& o) const {
-    return x0 <= o.x1 && o.x0 <= x1 && y0 <= o.y1 && o.y0 <= y1;
-  }
-};
-
 namespace {
 
 constexpr int kCell = 8;  // px
-
-Int8 maskOfBits(int bits) {
-  const Int8 bit = {1, 2, 4, 8, 16, 32, 64, 128};
-  return (splat(bits) & bit) != splat(0);
-}
 
 int count(int bits) { return __builtin_popcount(static_cast<unsigned>(bits)); }
 
@@ -57,66 +38,43 @@ struct SilhouetteTracer::Beyond {
 
 SilhouetteTracer::SilhouetteTracer(const RenderScene& scene, const Camera& camera,
                                    const RayTable& table)
-    : scene_(scene), camera_(camera), table_(table) {
-  for (int tile = 0; tile < table.tileCount(); ++tile) {
-    DirectionBox box;
-    for (int p = 0; p < kPacketsPerTile; ++p) {
-      const PacketRays& packet = table.packet(tile, p);
-      for (int lane = 0; lane < 8; ++lane)
-        if (packet.valid >> lane & 1) box.extend(packet.x[lane], packet.y[lane]);
-    }
-    tile_boxes_.push_back(box);
-  }
-}
+    : scene_(scene), camera_(camera), table_(table), tile_boxes_(tileBoxes(table)) {}
 
 SilhouetteTracer::~SilhouetteTracer() = default;
 
-SilhouetteTracer::DirectionBox SilhouetteTracer::boxOf(const SceneInstance& instance,
-                                                       const SE3& T_camera_world) const {
-  const SE3 T_camera_object = T_camera_world * instance.T_world_object;
-  DirectionBox box;
-  for (int k = 0; k < 8; ++k) {
-    const Vector3d corner((k & 1 ? instance.max_corner : instance.min_corner).x(),
-                          (k & 2 ? instance.max_corner : instance.min_corner).y(),
-                          (k & 4 ? instance.max_corner : instance.min_corner).z());
-    const Vector3d p = T_camera_object * corner;
-    if (p.z() < 1e-3) {  // reaches behind the camera: anywhere
-      constexpr float kAll = std::numeric_limits<float>::infinity();
-      return {-kAll, kAll, -kAll, kAll};
-    }
-    box.extend(static_cast<float>(p.x() / p.z()), static_cast<float>(p.y() / p.z()));
-  }
-  return box;
+namespace {
+
+DirectionBox boxOf(const SceneInstance& instance, const CameraFrame& camera) {
+  return DirectionBox::of(instance.min_corner, instance.max_corner,
+                          camera.T_world_camera.inverse() * instance.T_world_object);
 }
 
 // The box as seen by the first `rows` rows from y on, by the next ones, ...
-std::vector<SilhouetteTracer::DirectionBox> SilhouetteTracer::boxesOf(const SceneInstance& instance,
-                                                                      const RowCameras& cameras,
-                                                                      int y, int rows,
-                                                                      int count) const {
+std::vector<DirectionBox> boxesOf(const SceneInstance& instance, const RowCameras& cameras, int y,
+                                  int rows, int count) {
   if (!cameras.rolling())
-    return std::vector<DirectionBox>(static_cast<size_t>(count),
-                                     boxOf(instance, cameras[0].T_world_camera.inverse()));
+    return std::vector<DirectionBox>(static_cast<size_t>(count), boxOf(instance, cameras[0]));
   std::vector<DirectionBox> boxes(static_cast<size_t>(count));
   for (DirectionBox& all : boxes)
-    for (int k = 0; k < rows; ++k, ++y) {
-      const DirectionBox box = boxOf(instance, cameras[y].T_world_camera.inverse());
-      all.extend(box.x0, box.y0);
-      all.extend(box.x1, box.y1);
-    }
+    for (int k = 0; k < rows; ++k, ++y) all.extend(boxOf(instance, cameras[y]));
   return boxes;
 }
 
-std::vector<Silhouette> SilhouetteTracer::trace(const RowCameras& cameras, const TruthBuffer& truth,
-                                                WorkerPool& pool) {
+}  // namespace
+
+std::vector<Silhouette> SilhouetteTracer::trace(const RowCameras& cameras,
+                                                std::span<const RowCameras> moving,
+                                                const TruthBuffer& truth, WorkerPool& pool) {
   std::vector<Silhouette> result;
   for (size_t id = 0; id < scene_.instances.size(); ++id) {
     const SceneInstance& instance = scene_.instances[id];
     if (!instance.tracked) continue;
     Silhouette silhouette;
     silhouette.mask = Image<uint8_t>(camera_.width(), camera_.height());
-    traceInside(static_cast<int>(id), cameras, truth, pool, silhouette);
-    silhouette.px_all = silhouette.px_valid + countOutside(instance, cameras, pool);
+    const RowCameras& own =
+        instance.moving < 0 ? cameras : moving[static_cast<size_t>(instance.moving)];
+    traceInside(static_cast<int>(id), own, truth, pool, silhouette);
+    silhouette.px_all = silhouette.px_valid + countOutside(instance, own, pool);
     result.push_back(std::move(silhouette));
   }
   return result;
@@ -148,7 +106,7 @@ void SilhouetteTracer::traceInside(int id, const RowCameras& cameras, const Trut
       const int open = simd::bits(near) & packet.valid & ~visible;
       int all = visible;
       if (open)
-        all |= simd::bits(bvh.occluded(cameras.rays(packet, y), maskOfBits(open), splat(0.f),
+        all |= simd::bits(bvh.occluded(cameras.rays(packet, y), simd::maskOfBits(open), splat(0.f),
                                        splat(std::numeric_limits<float>::infinity()), true));
       sum.visible += count(visible);
       sum.valid += count(all);

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/camera.h"
+#include "sim/direction_box.h"
 #include "sim/ray_table.h"
 #include "sim/render_scene.h"
 #include "sim/renderer.h"
@@ -19,16 +21,13 @@ class SilhouetteTracer {
   SilhouetteTracer(const RenderScene& scene, const Camera& camera, const RayTable& table);
   ~SilhouetteTracer();
 
-  // One Silhouette per tracked object. Pixels in which the truth shows the object need no ray.
-  std::vector<Silhouette> trace(const RowCameras& cameras, const TruthBuffer& truth,
-                                WorkerPool& pool);
+  // One Silhouette per tracked object. `moving`: the camera relative to each moving object. Pixels
+  // in which the truth shows the object need no ray.
+  std::vector<Silhouette> trace(const RowCameras& cameras, std::span<const RowCameras> moving,
+                                const TruthBuffer& truth, WorkerPool& pool);
 
  private:
-  struct DirectionBox;
   struct Beyond;  // the pixel grid outside the image
-  DirectionBox boxOf(const SceneInstance& instance, const SE3& T_camera_world) const;
-  std::vector<DirectionBox> boxesOf(const SceneInstance& instance, const RowCameras& cameras, int y,
-                                    int rows, int count) const;
   void traceInside(int id, const RowCameras& cameras, const TruthBuffer& truth, WorkerPool& pool,
                    Silhouette& silhouette) const;
   int countOutside(const SceneInstance& instance, const RowCameras& cameras, WorkerPool& pool);

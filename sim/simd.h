@@ -100,6 +100,10 @@ inline Float8 gather(const float* base, Int8 index) {
 }
 inline Float8 inverseSqrt(Float8 a) { return splat(1.f) / sqrt(a); }
 
+inline Int8 maskOfBits(int bits) {
+  const Int8 bit = {1, 2, 4, 8, 16, 32, 64, 128};
+  return (splat(bits) & bit) != splat(0);
+}
 inline Int8 firstLanes(int count) {  // mask of lanes 0 .. count - 1
   const Int8 lane = {0, 1, 2, 3, 4, 5, 6, 7};
   return lane < splat(count);
