@@ -1,25 +1,29 @@
 #include "sim/motion_path.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/errors.h"
 
 namespace diorama {
 namespace {
 
-class OrbitPath : public MotionPath {
+constexpr double kTwoPi = 2 * std::numbers::pi;
+
+class AimedPath : public MotionPath {
  public:
-  explicit OrbitPath(const Orbit& orbit) : orbit_(orbit) {}
+  AimedPath(PointOverTime position, Aim aim)
+      : position_(std::move(position)), aim_(std::move(aim)) {}
 
   SE3 pose(double time_s) const override {
-    const double azimuth = orbit_.start_rad + orbit_.rate_rad_s * time_s;
-    const Vector3d offset(orbit_.radius_m * std::cos(azimuth), orbit_.radius_m * std::sin(azimuth),
-                          orbit_.height_m);
-    return lookAt(orbit_.center + offset, orbit_.center);
+    const Vector3d p = position_(time_s);
+    return {aim_(time_s, p), p};
   }
 
  private:
-  Orbit orbit_;
+  PointOverTime position_;
+  Aim aim_;
 };
 
 }  // namespace
@@ -39,8 +43,44 @@ SE3 lookAt(const Vector3d& position, const Vector3d& target, double roll_rad) {
   return {(rotation * expSO3({0, 0, roll_rad})).normalized(), position};
 }
 
-std::unique_ptr<MotionPath> makeOrbitPath(const Orbit& orbit) {
-  return std::make_unique<OrbitPath>(orbit);
+double minimumJerk(double fraction) {
+  const double x = std::clamp(fraction, 0.0, 1.0);
+  return x * x * x * (10 + x * (-15 + 6 * x));
+}
+
+std::unique_ptr<MotionPath> makeAimedPath(PointOverTime position, Aim aim) {
+  return std::make_unique<AimedPath>(std::move(position), std::move(aim));
+}
+
+Aim aimFixed(const Eigen::Quaterniond& rotation) {
+  return [rotation](double, const Vector3d&) { return rotation; };
+}
+
+Aim aimAt(PointOverTime target, double roll_rad) {
+  return [target = std::move(target), roll_rad](double time_s, const Vector3d& position) {
+    const Vector3d point = target(time_s);
+    const bool too_near = (point - position).norm() < 1e-6;
+    return lookAt(position, too_near ? position + Vector3d::UnitX() : point, roll_rad).rotation;
+  };
+}
+
+double Swing::at(double time_s) const { return amplitude * std::sin(kTwoPi * time_s / period_s); }
+
+PointOverTime onOrbit(const Orbit& orbit) {
+  return [orbit](double time_s) -> Vector3d {
+    const double azimuth =
+        orbit.start_rad + orbit.rate_rad_s * time_s + orbit.azimuth_swing.at(time_s);
+    const double radius = orbit.radius_m + orbit.radius_swing.at(time_s);
+    const double height = orbit.height_m + orbit.height_swing.at(time_s);
+    return orbit.center + Vector3d(radius * std::cos(azimuth), radius * std::sin(azimuth), height);
+  };
+}
+
+PointOverTime onDolly(const Vector3d& from, const Vector3d& to, double start_s, double end_s) {
+  DIORAMA_CHECK(end_s > start_s);
+  return [=](double time_s) -> Vector3d {
+    return from + minimumJerk((time_s - start_s) / (end_s - start_s)) * (to - from);
+  };
 }
 
 std::unique_ptr<MotionPath> makeRecordedPath(const Trajectory& recording,

@@ -12,20 +12,21 @@ namespace diorama {
 namespace {
 
 // Poses in the middle of the frames, and at the ends of their exposures, stand for the path.
-std::string pathChecksum(const Scene& scene) {
+std::string pathChecksum(const Scene& scene, const MotionPath& path) {
   Sha256 hash;
   for (int k = 0; k < scene.frameCount(); ++k) {
     const double middle_s = scene.time_s(k);
     for (double side : {-0.5, 0.0, 0.5})
-      hash.update(formatPose(scene.path->pose(middle_s + side * scene.exposure_s), ' ') + "\n");
+      hash.update(formatPose(path.pose(middle_s + side * scene.exposure_s), ' ') + "\n");
   }
   return hash.hexDigest();
 }
 
-std::string describeObject(const SceneObject& object) {
+std::string describeObject(const Scene& scene, const SceneObject& object) {
+  const std::string place = object.path ? ", path_sha256: " + pathChecksum(scene, *object.path)
+                                        : ", T_world_object: " + toYaml(object.T_world_object);
   return "{name: " + object.name + ", mesh_sha256: " + modelChecksum(object.mesh) +
-         ", scale: " + formatNumber(object.scale) + ", up: " + (object.y_up ? "y" : "z") +
-         ", T_world_object: " + toYaml(object.T_world_object) +
+         ", scale: " + formatNumber(object.scale) + ", up: " + (object.y_up ? "y" : "z") + place +
          ", track: " + (object.tracked ? "true" : "false") +
          ", symmetries: " + toYaml(object.symmetries) + "}";
 }
@@ -53,11 +54,12 @@ std::string describeScene(const Scene& scene) {
   text += "exposure_s: " + formatNumber(scene.exposure_s) + "\n";
   text += "row_time_s: " + formatNumber(scene.row_time_s) + "\n";
   text += "duration_s: " + formatNumber(scene.duration_s) + "\n";
-  text += "path_sha256: " + pathChecksum(scene) + "\n";
+  text += "path_sha256: " + pathChecksum(scene, *scene.path) + "\n";
   text += "environment_sha256: " +
           (scene.environment_mesh.empty() ? "none" : modelChecksum(scene.environment_mesh)) + "\n";
   text += "objects:\n";
-  for (const SceneObject& object : scene.objects) text += "  - " + describeObject(object) + "\n";
+  for (const SceneObject& object : scene.objects)
+    text += "  - " + describeObject(scene, object) + "\n";
   text += "lights:\n";
   for (const AreaLight& light : scene.lights) text += "  - " + describeLight(light) + "\n";
   text += "ambient: " + formatNumber(scene.ambient) + "\n";

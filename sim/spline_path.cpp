@@ -219,15 +219,15 @@ class RestingPath : public MotionPath {
 
 std::unique_ptr<MotionPath> makeSplinePath(const std::vector<Keyframe>& keyframes) {
   DIORAMA_CHECK(!keyframes.empty());
-  if (keyframes.size() == 1) return std::make_unique<RestingPath>(keyframes[0].T_world_camera);
+  if (keyframes.size() == 1) return std::make_unique<RestingPath>(keyframes[0].pose);
   std::vector<double> times;
   std::vector<Vector3d> positions;
   std::vector<Quaterniond> rotations;
   for (const Keyframe& keyframe : keyframes) {
     DIORAMA_CHECK(times.empty() || keyframe.time_s > times.back());
     times.push_back(keyframe.time_s);
-    positions.push_back(keyframe.T_world_camera.translation);
-    rotations.push_back(keyframe.T_world_camera.rotation.normalized());
+    positions.push_back(keyframe.pose.translation);
+    rotations.push_back(keyframe.pose.rotation.normalized());
   }
   return std::make_unique<SplinePath>(PositionSpline(Knots(times), positions),
                                       fitRotations(times, rotations));

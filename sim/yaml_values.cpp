@@ -134,6 +134,14 @@ double readNumber(const YamlValue& value, double min, double max) {
   return number;
 }
 
+std::pair<double, double> readInterval(const YamlValue& value, double min, double max) {
+  const std::vector<double> v = value.asDoubles();
+  if (v.size() != 2 || !(v[0] < v[1])) value.fail("must be [first, second], increasing");
+  if (v[0] < min || v[1] > max)
+    value.fail("must lie between " + formatNumber(min) + " and " + formatNumber(max));
+  return {v[0], v[1]};
+}
+
 std::string toYaml(const Vector3d& v) { return listOf({v.x(), v.y(), v.z()}); }
 
 std::string toYaml(const std::string& text) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
 #include "core/camera.h"
 #include "core/object_model.h"
@@ -27,6 +28,8 @@ std::string readName(const YamlValue& value);
 
 // A number within [min, max].
 double readNumber(const YamlValue& value, double min, double max);
+// [first, second], increasing and within [min, max].
+std::pair<double, double> readInterval(const YamlValue& value, double min, double max);
 
 // A pose, symmetries and a camera as flow YAML that reads back to the same values.
 std::string toYaml(const SE3& pose);

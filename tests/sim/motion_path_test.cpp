@@ -60,8 +60,8 @@ TEST(SplinePath, PassesThroughItsKeyframes) {
     const auto path = makeSplinePath(keyframes);
     for (const Keyframe& k : keyframes) {
       const SE3 pose = path->pose(k.time_s);
-      EXPECT_LT((pose.translation - k.T_world_camera.translation).norm(), 1e-12) << seed;
-      EXPECT_LT(angleBetween(pose.rotation, k.T_world_camera.rotation), 1e-9) << seed;
+      EXPECT_LT((pose.translation - k.pose.translation).norm(), 1e-12) << seed;
+      EXPECT_LT(angleBetween(pose.rotation, k.pose.rotation), 1e-9) << seed;
     }
   }
 }
@@ -118,11 +118,63 @@ TEST(LookAt, StraightDownAndUpAreProperRotations) {
 }
 
 TEST(OrbitPath, CirclesItsCentre) {
-  const auto path = makeOrbitPath({{0.1, 0.2, 0.3}, 0.8, 0.4, 0, std::numbers::pi});
+  Orbit orbit;
+  orbit.center = {0.1, 0.2, 0.3};
+  orbit.rate_rad_s = std::numbers::pi;
+  const auto path = makeAimedPath(onOrbit(orbit), aimAt([&](double) { return orbit.center; }));
   EXPECT_LT((path->pose(0).translation - Vector3d(0.9, 0.2, 0.7)).norm(), 1e-12);
   EXPECT_LT((path->pose(0.5).translation - Vector3d(0.1, 1.0, 0.7)).norm(), 1e-12);
   const Vector3d p_camera = path->pose(0.3).inverse() * Vector3d(0.1, 0.2, 0.3);
   EXPECT_LT(p_camera.head<2>().norm(), 1e-12);
+}
+
+TEST(OrbitPath, SwingsAboutItsMeans) {
+  Orbit orbit;
+  orbit.radius_m = 1;
+  orbit.height_m = 0.5;
+  orbit.rate_rad_s = 0;
+  orbit.azimuth_swing = {std::numbers::pi / 2, 4};
+  orbit.radius_swing = {0.25, 8};
+  orbit.height_swing = {0.1, 4};
+  const PointOverTime position = onOrbit(orbit);
+  EXPECT_LT((position(0) - Vector3d(1, 0, 0.5)).norm(), 1e-12);
+  EXPECT_LT((position(1) - Vector3d(0, 1 + 0.25 * std::sqrt(0.5), 0.6)).norm(), 1e-12);
+  EXPECT_LT((position(2) - Vector3d(1.25, 0, 0.5)).norm(), 1e-12);
+}
+
+TEST(DollyPath, StartsAndStopsSmoothly) {
+  const PointOverTime position = onDolly({0, 0, 0}, {2, 0, 0}, 1, 3);
+  EXPECT_EQ(position(0.5), Vector3d(0, 0, 0));
+  EXPECT_EQ(position(4), Vector3d(2, 0, 0));
+  EXPECT_LT((position(2) - Vector3d(1, 0, 0)).norm(), 1e-12);
+  for (double end : {1.0, 3.0})
+    EXPECT_LT(std::abs(position(end + 1e-3).x() - position(end - 1e-3).x()), 1e-7);
+  for (double t = 1; t < 3; t += 0.01) EXPECT_LE(position(t).x(), position(t + 0.01).x() + 1e-12);
+}
+
+TEST(AimedPath, FollowsATargetThatMoves) {
+  const PointOverTime target = onDolly({1, 0, 0}, {1, 1, 0}, 0, 1);
+  const auto path = makeAimedPath(
+      [](double) -> Vector3d {
+        return {0, 0, 0.5};
+      },
+      aimAt(target, 0.1));
+  for (double t : {0.0, 0.4, 1.0}) {
+    const Vector3d p_camera = path->pose(t).inverse() * target(t);
+    EXPECT_LT(p_camera.head<2>().norm(), 1e-12);
+    EXPECT_GT(p_camera.z(), 0);
+  }
+}
+
+TEST(AimedPath, MayPassThroughItsTarget) {
+  const auto path = makeAimedPath(
+      [](double t) -> Vector3d {
+        return {t, 0, 0};
+      },
+      aimAt([](double) -> Vector3d {
+        return {1, 0, 0};
+      }));
+  EXPECT_TRUE(path->pose(1).isFinite());
 }
 
 class RecordedPath : public ::testing::Test {
@@ -135,7 +187,7 @@ class RecordedPath : public ::testing::Test {
 TEST_F(RecordedPath, TumPosesAreReproducedInPlaceScaleAndTime) {
   Trajectory recording;
   for (const Keyframe& k : randomKeyframes(7, 200, 0.3))
-    recording.poses.push_back({static_cast<int64_t>(k.time_s * 1e6) * 1000, k.T_world_camera});
+    recording.poses.push_back({static_cast<int64_t>(k.time_s * 1e6) * 1000, k.pose});
   writeFileAtomically(file_, toTum(recording));
   const Placement placement{lookAt({1, 2, 3}, {0, 0, 0}), 0.5, 2};
   const auto path = makeRecordedPath(readRecording(file_, RecordingFormat::kTum), placement);

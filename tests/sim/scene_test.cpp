@@ -64,6 +64,50 @@ TEST_F(SceneFile, OnPutsTheLowestVertexOnTheSurface) {
   EXPECT_NEAR(scene.objects[2].T_world_object.translation.z(), 0.5 + 0.025, 1e-7);
 }
 
+TEST_F(SceneFile, OnAnotherObjectStopsWhereTheyTouch) {
+  writeFileAtomically(folder_ / "slab.obj", testing::boxObj(0.3, 0.2, 0.05));
+  const std::string slab = "objects.1={name: slab, model: slab.obj, on: desk, at: [-0.4, 0.2]}";
+  const Scene scene = load(
+      {slab, "objects.2={name: top, model: box.obj, on: slab, at: [-0.38, 0.22], yaw_rad: 0.7}"});
+  EXPECT_NEAR(scene.objects[2].T_world_object.translation.z(), 0.5 + 0.05, 1e-5);
+  const auto line = [&](const std::string& change) {
+    return errorLine([&] { load({slab, change}); }, kExitBadData);
+  };
+  EXPECT_THAT(line("objects.2={name: top, model: box.obj, on: slab, at: [0.5, 0.5]}"),
+              HasSubstr("`slab` is not below"));
+  EXPECT_THAT(line("objects.2={name: top, model: box.obj, on: slap, at: [0, 0.5]}"),
+              HasSubstr("did you mean `slab`?"));
+}
+
+TEST_F(SceneFile, ObjectsInOneAnotherAreToldByName) {
+  // The first box stands at [0.1, 0.2], 0.1 m wide, turned by 0.5.
+  const auto place = [](const std::string& at) {
+    return "objects.1={name: other, model: box.obj, on: desk, yaw_rad: 0.5, at: " + at + "}";
+  };
+  const std::string line = errorLine([&] { load({place("[0.15, 0.2]")}); }, kExitBadData);
+  EXPECT_THAT(line, HasSubstr("`other` and `box`"));
+  EXPECT_THAT(line, StartsWith((folder_ / "scene.yaml").string() + ":"));
+  load({place("[0.1879, 0.2481]")});  // face to face
+  load({place("[0.3, 0.2]")});
+  // Wholly inside, and on its way through.
+  errorLine(
+      [&] {
+        load(
+            {"objects.1={name: other, model: box.obj, scale: 0.3, T_world_object: {position: [0.1, "
+             "0.2, 0.55]}}"});
+      },
+      kExitBadData);
+  EXPECT_THAT(errorLine(
+                  [&] {
+                    load(
+                        {"objects.1={name: other, model: box.obj, path: {type: dolly, from: [0.1, "
+                         "0.4, 0.5], "
+                         "to: [0.1, 0, 0.5], end_s: 0.2, yaw_rad: 0}}"});
+                  },
+                  kExitBadData),
+              HasSubstr("overlap at 0.0"));
+}
+
 TEST_F(SceneFile, OverridesReplaceAndAddValues) {
   const Scene scene = load({"camera.exposure_s=0.02", "seed=11", "odometry.bias_m_per_m=0"});
   EXPECT_EQ(scene.exposure_s, 0.02);
@@ -78,12 +122,14 @@ TEST_F(SceneFile, DescriptionChangesWithEveryValueAndFile) {
   for (const char* change :
        {"seed=8", "camera.fx=50.5", "camera.exposure_s=0.009", "effects.vignette=0.2",
         "odometry.noise_m=0.1", "objects.0.yaw_rad=0.6", "ambient=0.2", "duration_s=0.3",
-        "path.keyframes.0.position=[1, 0, 0.81]", "objects.1.track=true", "environment=none"}) {
+        "path.keyframes.0.position=[1, 0, 0.81]", "objects.1.track=true",
+        "objects.1={name: other, model: box.obj, path: {type: orbit, radius_m: 3}}",
+        "environment=none"}) {
     std::vector<std::string> changes{change};
     if (std::string(change) == "environment=none") {
       for (const char* object : {"0", "2"})
         changes.push_back(std::string("objects.") + object + "={name: n" + object +
-                          ", model: box.obj, T_world_object: {position: [0, 0, 0]}}");
+                          ", model: box.obj, T_world_object: {position: [0, 0, " + object + "]}}");
     }
     EXPECT_NE(description, describeScene(load(changes))) << change;
   }
@@ -100,6 +146,67 @@ TEST_F(SceneFile, OrbitAndRecordedPaths) {
   const Scene orbit =
       load({"path={type: orbit, center: [0, 0, 0.6], radius_m: 0.5, height_m: 0.2}"});
   EXPECT_LT((orbit.path->pose(0).translation - Vector3d(0.5, 0, 0.8)).norm(), 1e-9);
+}
+
+TEST_F(SceneFile, EveryKindOfPath) {
+  const Scene rest =
+      load({"path={type: rest, position: [1, 0, 1], look_at: small, offset: [0, 0, 0.1]}"});
+  const Vector3d p_camera =
+      rest.path->pose(0).inverse() * (rest.objects[2].T_world_object * Vector3d(0, 0, 0.1));
+  EXPECT_LT(p_camera.head<2>().norm(), 1e-12);
+  const Scene dolly =
+      load({"path={type: dolly, from: [1, 0, 1], to: [2, 0, 1], end_s: 0.2, look_at: [0, 0, 0]}"});
+  EXPECT_LT((dolly.path->pose(0.1).translation - Vector3d(1.5, 0, 1)).norm(), 1e-12);
+  const Scene follow =
+      load({"path={type: follow, position: {type: orbit, radius_m: 1, height_m: 0, azimuth_swing: "
+            "[1, 4]},"
+            " look_at: [0, 0, -1], roll_rad: 0.1}"});
+  EXPECT_LT((follow.path->pose(0).translation - Vector3d(1, 0, 0)).norm(), 1e-12);
+  const Scene sequence =
+      load({"path={type: sequence, segments: [{duration_s: 0.1, type: rest, position: [1, 0, 1], "
+            "look_at: [0, 0, 0]}, {duration_s: 1, type: rest, position: [2, 0, 1], look_at: box}], "
+            "shake: {amplitude_m: 0, amplitude_rad: 0.01, band_hz: [1, 2], seed: 4}, "
+            "glances: [{t: [0.05, 0.1], look_at: [3, 3, 3], turn_s: 0.02}]}"});
+  EXPECT_LT((sequence.path->pose(0).translation - Vector3d(1, 0, 1)).norm(), 1e-12);
+  EXPECT_LT((sequence.path->pose(0.7).translation - Vector3d(2, 0, 1)).norm(), 1e-12);
+}
+
+TEST_F(SceneFile, ObjectsMoveOnPathsOfTheirOwn) {
+  const std::string path = "{type: dolly, from: [0, 0, 1], to: [0, 1, 1], end_s: 1, yaw_rad: 0.5}";
+  const Scene scene = load({"objects.1={name: cart, model: box.obj, path: " + path + "}",
+                            "path={type: rest, position: [1, 0, 1], look_at: cart}"});
+  const SceneObject& cart = scene.objects[1];
+  EXPECT_EQ(cart.T_world_object.translation, Vector3d(0, 0, 1));
+  EXPECT_LT((cart.pose(0.5).translation - Vector3d(0, 0.5, 1)).norm(), 1e-12);
+  EXPECT_NEAR(logSO3(cart.pose(1).rotation).z(), 0.5, 1e-12);
+  EXPECT_LT((scene.path->pose(0.5).inverse() * cart.pose(0.5).translation).head<2>().norm(), 1e-12);
+  EXPECT_NE(describeScene(scene),
+            describeScene(load({"objects.1={name: cart, model: box.obj, path: " +
+                                    path.substr(0, path.size() - 4) + "0.6}}",
+                                "path={type: rest, position: [1, 0, 1], look_at: cart}"})));
+}
+
+TEST_F(SceneFile, BadPathsAreToldWhereTheyStand) {
+  for (const char* path :
+       {"{type: rest, position: [1, 0, 1]}", "{type: rest, position: [1, 0, 1], look_at: bocks}",
+        "{type: rest, position: [1, 0, 1], look_at: [0, 0, 0], yaw_rad: 1}",
+        "{type: rest, position: [1, 0, 1], yaw_rad: 1, roll_rad: 1}",
+        "{type: rest, position: [1, 0, 1], look_at: [0, 0, 0], offset: [0, 0, 1]}",
+        "{type: dolly, from: [0, 0, 1], to: [0, 1, 1], end_s: 0, yaw_rad: 0}",
+        "{type: orbit, radius_m: 1, azimuth_swing: [1, 0]}",
+        "{type: orbit, radius_m: 1, azimuth_swing: 3}",
+        "{type: follow, position: [1, 2, 3], look_at: box}", "{type: sequence, segments: []}",
+        "{type: sequence, segments: [{type: orbit, radius_m: 1}]}",
+        "{type: sequence, segments: [{type: orbit, radius_m: 1, duration_s: 1, join_s: 0}]}",
+        "{type: orbit, radius_m: 1, shake: {band_hz: [3, 1]}}",
+        "{type: orbit, radius_m: 1, shake: {amplitude_m: -1}}",
+        "{type: orbit, radius_m: 1, glances: [{t: [3, 1], look_at: box}]}",
+        "{type: orbit, radius_m: 1, glances: [{t: [1, 3]}]}"}) {
+    const std::string line = errorLine([&] { load({std::string("path=") + path}); }, kExitBadData);
+    EXPECT_THAT(line, HasSubstr("path")) << path;
+  }
+  EXPECT_THAT(errorWith("on: desk, at: [0.1, 0.2]", "path: {type: orbit, radius_m: 1}, on: desk"),
+              HasSubstr("needs one of"));
 }
 
 TEST_F(SceneFile, ErrorsNameThePlaceAndTheNearestName) {
