@@ -35,6 +35,7 @@ class YamlValue {
   std::vector<YamlValue> asList() const;
   YamlMap asMap() const;
   bool isMap() const { return node_.IsMap(); }
+  bool isList() const { return node_.IsSequence(); }
   bool isText() const { return node_.IsScalar(); }
 
   // One of the given names, as its position; an error names the nearest.

@@ -11,6 +11,13 @@ namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 
+double sumOf(const Swings& swings, double time_s) {
+  double sum = 0;
+  for (const Swing& swing : swings)
+    sum += swing.amplitude * std::sin(kTwoPi * time_s / swing.period_s);
+  return sum;
+}
+
 class AimedPath : public MotionPath {
  public:
   AimedPath(PointOverTime position, Aim aim)
@@ -64,14 +71,12 @@ Aim aimAt(PointOverTime target, double roll_rad) {
   };
 }
 
-double Swing::at(double time_s) const { return amplitude * std::sin(kTwoPi * time_s / period_s); }
-
 PointOverTime onOrbit(const Orbit& orbit) {
   return [orbit](double time_s) -> Vector3d {
     const double azimuth =
-        orbit.start_rad + orbit.rate_rad_s * time_s + orbit.azimuth_swing.at(time_s);
-    const double radius = orbit.radius_m + orbit.radius_swing.at(time_s);
-    const double height = orbit.height_m + orbit.height_swing.at(time_s);
+        orbit.start_rad + orbit.rate_rad_s * time_s + sumOf(orbit.azimuth_swing, time_s);
+    const double radius = orbit.radius_m + sumOf(orbit.radius_swing, time_s);
+    const double height = orbit.height_m + sumOf(orbit.height_swing, time_s);
     return orbit.center + Vector3d(radius * std::cos(azimuth), radius * std::sin(azimuth), height);
   };
 }

@@ -54,12 +54,12 @@ Aim aimFixed(const Eigen::Quaterniond& rotation);
 // A camera's, as lookAt; within a micrometre of the target it looks along the world's x axis.
 Aim aimAt(PointOverTime target, double roll_rad = 0);
 
-// A sine about 0.
+// A sum of sines.
 struct Swing {
   double amplitude = 0;
   double period_s = 1;
-  double at(double time_s) const;
 };
+using Swings = std::vector<Swing>;
 
 struct Orbit {
   Vector3d center = Vector3d::Zero();  // m
@@ -67,7 +67,7 @@ struct Orbit {
   double height_m = 0.4;               // above the centre
   double start_rad = 0;                // azimuth, 0 = +x, counter-clockwise from above
   double rate_rad_s = 0.5;
-  Swing azimuth_swing, radius_swing, height_swing;  // added, rad and m
+  Swings azimuth_swing, radius_swing, height_swing;  // added, rad and m
 };
 PointOverTime onOrbit(const Orbit& orbit);
 

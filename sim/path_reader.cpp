@@ -24,7 +24,7 @@ class PathReader {
   MotionPathPtr read(YamlMap& map) {
     MotionPathPtr path = readPlain(map);
     if (auto glances = map.find("glances")) path = readGlances(*glances, path);
-    if (auto shake = map.find("shake")) path = readShake(*shake, path);
+    if (auto shake = map.find("shake")) path = readShakes(*shake, path);
     return path;
   }
 
@@ -123,13 +123,22 @@ class PathReader {
     return makeSplinePath(keyframes);
   }
 
-  static Swing readSwing(YamlMap& map, const std::string& key) {
-    const auto value = map.find(key);
-    if (!value) return {};
-    const std::vector<double> v = value->asDoubles();
+  static Swing readSwing(const YamlValue& value) {
+    const std::vector<double> v = value.asDoubles();
     if (v.size() != 2 || std::abs(v[0]) > kMaxLength_m || v[1] < kLeastTime_s || v[1] > kMaxTime_s)
-      value->fail("must be [amplitude, period_s]", "a period of at least 1 ms");
+      value.fail("must be [amplitude, period_s]", "a period of at least 1 ms");
     return {v[0], v[1]};
+  }
+
+  // One pair or a list of pairs.
+  static Swings readSwings(YamlMap& map, const std::string& key) {
+    Swings swings;
+    const auto value = map.find(key);
+    if (!value) return swings;
+    const std::vector<YamlValue> items = value->asList();
+    if (!items.empty() && !items.front().isList()) return {readSwing(*value)};
+    for (const YamlValue& item : items) swings.push_back(readSwing(item));
+    return swings;
   }
 
   MotionPathPtr readOrbit(YamlMap& map) const {
@@ -142,9 +151,9 @@ class PathReader {
       orbit.start_rad = readNumber(*value, -kMaxAngle_rad, kMaxAngle_rad);
     if (auto value = map.find("rate_rad_s"))
       orbit.rate_rad_s = readNumber(*value, -kMaxAngle_rad, kMaxAngle_rad);
-    orbit.azimuth_swing = readSwing(map, "azimuth_swing");
-    orbit.radius_swing = readSwing(map, "radius_swing");
-    orbit.height_swing = readSwing(map, "height_swing");
+    orbit.azimuth_swing = readSwings(map, "azimuth_swing");
+    orbit.radius_swing = readSwings(map, "radius_swing");
+    orbit.height_swing = readSwings(map, "height_swing");
     const Aim at_center = aimAt([center = orbit.center](double) { return center; });
     return makeAimedPath(onOrbit(orbit), findAim(map).value_or(at_center));
   }
@@ -184,6 +193,13 @@ class PathReader {
     }
     if (segments.empty()) list.fail("has no segments");
     return makeSequencePath(segments);
+  }
+
+  // One shake or several.
+  static MotionPathPtr readShakes(const YamlValue& value, MotionPathPtr path) {
+    if (value.isMap()) return readShake(value, std::move(path));
+    for (const YamlValue& item : value.asList()) path = readShake(item, std::move(path));
+    return path;
   }
 
   static MotionPathPtr readShake(const YamlValue& value, MotionPathPtr path) {

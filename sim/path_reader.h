@@ -4,7 +4,7 @@
 //     {type: spline, keyframes: [{t, position, AIM}, ...]}
 //     {type: orbit, center, radius_m, height_m, start_rad, rate_rad_s, AIM (default: at the
 //     centre),
-//      azimuth_swing | radius_swing | height_swing: [amplitude, period_s]}
+//      azimuth_swing | radius_swing | height_swing: [amplitude, period_s] or a list of such}
 //     {type: dolly, from, to, start_s, end_s, AIM}          minimum jerk, at rest before and after
 //     {type: rest, position, AIM}
 //     {type: follow, position: PATH, AIM}                   the positions of a path, aimed anew
@@ -16,7 +16,7 @@
 //     quaternion_xyzw: [x, y, z, w]
 //     yaw_rad: turned about the world's z axis (for objects)
 //   and any path may have
-//     shake: {amplitude_m, amplitude_rad, band_hz: [low, high], seed}
+//     shake: {amplitude_m, amplitude_rad, band_hz: [low, high], seed} or a list of such
 //     glances: [{t: [start, end], turn_s, look_at, offset}, ...]
 #pragma once
 

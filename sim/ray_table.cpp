@@ -56,4 +56,22 @@ Vector2d extendedDirection(const Camera& camera, const Vector2d& u_px) {
   return edge + Vector2d(rest.x() / k.fx, rest.y() / k.fy);
 }
 
+ExtendedGrid::ExtendedGrid(const Camera& camera)
+    : width_(camera.width()),
+      height_(camera.height()),
+      columns_(3 * width_ / kCell + 1),
+      rows_(3 * height_ / kCell + 1) {
+  for (int r = 0; r <= rows_; ++r)
+    for (int c = 0; c <= columns_; ++c)
+      corners_.push_back(extendedDirection(camera, Vector2d(cellX(c), cellY(r))).cast<float>());
+}
+
+ExtendedGrid::Directions ExtendedGrid::row(int c, int r, int row) const {
+  const float fv = static_cast<float>(row) / kCell;
+  const Eigen::Vector2f a = (1 - fv) * corner(c, r) + fv * corner(c, r + 1);
+  const Eigen::Vector2f b = (1 - fv) * corner(c + 1, r) + fv * corner(c + 1, r + 1);
+  const simd::Float8 fu = simd::Float8{0, 1, 2, 3, 4, 5, 6, 7} / static_cast<float>(kCell);
+  return {a.x() + fu * (b.x() - a.x()), a.y() + fu * (b.y() - a.y())};
+}
+
 }  // namespace diorama

@@ -52,4 +52,30 @@ class RayTable {
 // on, and from there on radially with the focal length of a pinhole. Directions with z = 1.
 Vector2d extendedDirection(const Camera& camera, const Vector2d& u_px);
 
+// These directions over the image and as much to each side: exact at the corners of cells of 8 x 8
+// px, between them interpolated, which is good to a small part of a pixel.
+class ExtendedGrid {
+ public:
+  static constexpr int kCell = 8;  // px
+  explicit ExtendedGrid(const Camera& camera);
+
+  int columns() const { return columns_; }
+  int rows() const { return rows_; }
+  // Pixel of a cell's first.
+  int cellX(int c) const { return c * kCell - width_; }
+  int cellY(int r) const { return r * kCell - height_; }
+  const Eigen::Vector2f& corner(int c, int r) const {
+    return corners_[static_cast<size_t>(r * (columns_ + 1) + c)];
+  }
+  struct Directions {
+    simd::Float8 x, y;
+  };
+  // Of the eight pixels of one row of a cell.
+  Directions row(int c, int r, int row) const;
+
+ private:
+  int width_, height_, columns_, rows_;
+  std::vector<Eigen::Vector2f> corners_;
+};
+
 }  // namespace diorama

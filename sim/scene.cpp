@@ -47,9 +47,8 @@ int64_t Scene::timestampNs(int frame) const { return std::llround(frame * 1e6 / 
 
 SE3 Scene::T_world_camera(int frame) const { return path->pose(time_s(frame)); }
 
-std::string describeScene(const Scene& scene) {
-  std::string text = "seed: " + std::to_string(scene.seed) + "\n";
-  text += "camera: " + toYaml(scene.camera) + "\n";
+std::string describeStage(const Scene& scene) {
+  std::string text = "camera: " + toYaml(scene.camera) + "\n";
   text += "rate_hz: " + formatNumber(scene.rate_hz) + "\n";
   text += "exposure_s: " + formatNumber(scene.exposure_s) + "\n";
   text += "row_time_s: " + formatNumber(scene.row_time_s) + "\n";
@@ -60,6 +59,11 @@ std::string describeScene(const Scene& scene) {
   text += "objects:\n";
   for (const SceneObject& object : scene.objects)
     text += "  - " + describeObject(scene, object) + "\n";
+  return text;
+}
+
+std::string describeScene(const Scene& scene) {
+  std::string text = "seed: " + std::to_string(scene.seed) + "\n" + describeStage(scene);
   text += "lights:\n";
   for (const AreaLight& light : scene.lights) text += "  - " + describeLight(light) + "\n";
   text += "ambient: " + formatNumber(scene.ambient) + "\n";

@@ -113,4 +113,7 @@ Scene parseScene(const std::string& content, const std::filesystem::path& file,
 // files: two scenes with the same text give the same sequence.
 std::string describeScene(const Scene& scene);
 
+// The part of it that says what is where at which time, and what the camera can see of it.
+std::string describeStage(const Scene& scene);
+
 }  // namespace diorama

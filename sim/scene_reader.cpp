@@ -6,6 +6,7 @@
 #include "core/files.h"
 #include "sim/model_lookup.h"
 #include "sim/object_reader.h"
+#include "sim/occlusion_reader.h"
 #include "sim/path_reader.h"
 #include "sim/scene.h"
 #include "sim/yaml_values.h"
@@ -73,12 +74,13 @@ class SceneReader {
       for (const AreaLight& light : readLights(*lights)) scene_.lights.push_back(light);
     if (auto ambient = root_.find("ambient"))
       scene_.ambient = readNumber(*ambient, 0, kMaxRadiance);
-    const std::optional<YamlValue> objects = root_.find("objects");
+    const std::optional<YamlValue> objects = root_.find("objects"), occlude = root_.find("occlude");
     const YamlValue path = root_.require("path");
     root_.finish();  // an unknown key is told before models are imported
     if (objects) readObjects(*objects, folder_, surfaces_, scene_);
     scene_.path = readPath(path, folder_, scene_.objects);
     checkPath(*scene_.path, scene_, path);
+    if (occlude) addOccluders(readOcclusions(*occlude, scene_), scene_);
     return std::move(scene_);
   }
 

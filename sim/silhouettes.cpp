@@ -12,29 +12,9 @@ using simd::splat;
 
 namespace {
 
-constexpr int kCell = 8;  // px
-
 int count(int bits) { return __builtin_popcount(static_cast<unsigned>(bits)); }
 
 }  // namespace
-
-// Directions at the corners of cells of 8 x 8 px over the image and as much to each side; inside a
-// cell they are interpolated, which is good to a small part of a pixel.
-struct SilhouetteTracer::Beyond {
-  explicit Beyond(const Camera& camera)
-      : columns(3 * camera.width() / kCell + 1), rows(3 * camera.height() / kCell + 1) {
-    for (int r = 0; r <= rows; ++r)
-      for (int c = 0; c <= columns; ++c)
-        corners.push_back(extendedDirection(camera, Vector2d(c * kCell - camera.width(),
-                                                             r * kCell - camera.height()))
-                              .cast<float>());
-  }
-  const Eigen::Vector2f& corner(int c, int r) const {
-    return corners[static_cast<size_t>(r * (columns + 1) + c)];
-  }
-  int columns, rows;
-  std::vector<Eigen::Vector2f> corners;
-};
 
 SilhouetteTracer::SilhouetteTracer(const RenderScene& scene, const Camera& camera,
                                    const RayTable& table)
@@ -123,14 +103,15 @@ void SilhouetteTracer::traceInside(int id, const RowCameras& cameras, const Trut
 int SilhouetteTracer::countOutside(const SceneInstance& instance, const RowCameras& cameras,
                                    WorkerPool& pool) {
   // An object whose box lies well within the outermost tiles cannot leave the image.
-  if (!beyond_) beyond_ = std::make_unique<Beyond>(camera_);
-  const Beyond& grid = *beyond_;
+  if (!beyond_) beyond_ = std::make_unique<ExtendedGrid>(camera_);
+  const ExtendedGrid& grid = *beyond_;
+  constexpr int kCell = ExtendedGrid::kCell;
   const int w = camera_.width(), h = camera_.height();
-  const std::vector<DirectionBox> boxes = boxesOf(instance, cameras, -h, kCell, grid.rows);
-  std::vector<int> counts(static_cast<size_t>(grid.rows), 0);
-  pool.run(grid.rows, [&](int r) {
-    for (int c = 0; c < grid.columns; ++c) {
-      const int x = c * kCell - w, y = r * kCell - h;
+  const std::vector<DirectionBox> boxes = boxesOf(instance, cameras, -h, kCell, grid.rows());
+  std::vector<int> counts(static_cast<size_t>(grid.rows()), 0);
+  pool.run(grid.rows(), [&](int r) {
+    for (int c = 0; c < grid.columns(); ++c) {
+      const int x = grid.cellX(c), y = grid.cellY(r);
       if (x >= 0 && y >= 0 && x + kCell <= w && y + kCell <= h) continue;
       DirectionBox cell;
       for (int k = 0; k < 4; ++k) {
@@ -139,11 +120,7 @@ int SilhouetteTracer::countOutside(const SceneInstance& instance, const RowCamer
       }
       if (!cell.meets(boxes[static_cast<size_t>(r)])) continue;
       for (int row = 0; row < kCell; ++row) {
-        const float fv = static_cast<float>(row) / kCell;
-        const Eigen::Vector2f a = (1 - fv) * grid.corner(c, r) + fv * grid.corner(c, r + 1);
-        const Eigen::Vector2f b = (1 - fv) * grid.corner(c + 1, r) + fv * grid.corner(c + 1, r + 1);
-        const Float8 fu = Float8{0, 1, 2, 3, 4, 5, 6, 7} / static_cast<float>(kCell);
-        const Float8 dx = a.x() + fu * (b.x() - a.x()), dy = a.y() + fu * (b.y() - a.y());
+        const auto [dx, dy] = grid.row(c, r, row);
         const Int8 u = Int8{0, 1, 2, 3, 4, 5, 6, 7} + x;
         const Int8 canvas = (u < 2 * w) & splat(y + row < 2 * h ? -1 : 0);
         const Int8 image = (u >= 0) & (u < w) & splat(y + row >= 0 && y + row < h ? -1 : 0);

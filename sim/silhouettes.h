@@ -27,7 +27,6 @@ class SilhouetteTracer {
                                 const TruthBuffer& truth, WorkerPool& pool);
 
  private:
-  struct Beyond;  // the pixel grid outside the image
   void traceInside(int id, const RowCameras& cameras, const TruthBuffer& truth, WorkerPool& pool,
                    Silhouette& silhouette) const;
   int countOutside(const SceneInstance& instance, const RowCameras& cameras, WorkerPool& pool);
@@ -36,7 +35,7 @@ class SilhouetteTracer {
   const Camera& camera_;
   const RayTable& table_;
   std::vector<DirectionBox> tile_boxes_;
-  std::unique_ptr<Beyond> beyond_;  // made when first needed
+  std::unique_ptr<ExtendedGrid> beyond_;  // made when first needed
 };
 
 }  // namespace diorama

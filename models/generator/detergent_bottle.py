@@ -3,8 +3,8 @@
 import numpy as np
 
 from .canvas import Canvas, linear, picture
-from .implicit import smooth_max, smooth_min, surface_net
-from .mesh import Model, Patch
+from .implicit import smooth_max, smooth_min, split_views, surface_net
+from .mesh import Model
 from .prints import ean13
 from .shapes import turned
 from .surfaces import mottled
@@ -82,28 +82,6 @@ def label(c, x, y):
     ean13(c, x + 12, y + 15, 21, 12, "590123412345")
 
 
-def project(patch):
-    """Splits the skin by its facing into front, back and side views and sets uv."""
-    p, n, uv, faces = [], [], [], []
-    face_normals = [patch.n[list(f)].mean(axis=0) for f in patch.faces]
-    for view in range(3):
-        rows = {}
-        for f, m in zip(patch.faces, face_normals):
-            if (0 if m[1] < -0.35 else 1 if m[1] > 0.35 else 2) != view:
-                continue
-            for i in f:
-                if i not in rows:
-                    rows[i] = len(p)
-                    x, y, z = patch.p[i]
-                    across = (x, -x, y)[view]
-                    p.append(patch.p[i])
-                    n.append(patch.n[i])
-                    uv.append(((across + VIEW[0] / 2) / (2 * VIEW[0]) + (0, 0.5, 0)[view],
-                               z / (2 * VIEW[1]) + (0.5, 0.5, 0)[view]))
-            faces.append(tuple(rows[i] for i in f))
-    return Patch(np.array(p), np.array(n), np.array(uv), faces, patch.mats)
-
-
 def cap():
     profile_rz = [(0, 0.212), (0.0215, 0.212), (0.0215, 0.220), (0.0196, 0.222), (0.0185, 0.247),
                   (0.0165, 0.25), (0.0150, 0.2485), (0, 0.2475)]
@@ -117,6 +95,6 @@ def build():
     model.material("plastic", image="bottle.png", ks=0.04, ns=140)
     model.material("cap", kd=(0.02, 0.16, 0.25), ks=0.04, ns=220)
     skin = surface_net(body, (-0.08, -0.05, -0.005), (0.08, 0.05, 0.235), 0.0053, "plastic")
-    model.add("bottle", project(skin))
+    model.add("bottle", split_views(skin, VIEW))
     model.add("cap", cap())
     return model

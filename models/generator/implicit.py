@@ -71,3 +71,26 @@ def surface_net(f, low, high, cell, mat, relax=6):
     g = gradient(f, p)
     normals = g / np.linalg.norm(g, axis=1, keepdims=True)
     return Patch(p, normals, np.zeros((len(p), 2)), faces, [mat] * len(faces))
+
+
+def split_views(patch, view, floor=0.0):
+    """Splits a skin by its facing into front, back and side views of `view` metres above `floor`
+    and sets uv: front and back in the upper half of the texture, the sides below the front."""
+    p, n, uv, faces = [], [], [], []
+    face_normals = [patch.n[list(f)].mean(axis=0) for f in patch.faces]
+    for side in range(3):
+        rows = {}
+        for f, m in zip(patch.faces, face_normals):
+            if (0 if m[1] < -0.35 else 1 if m[1] > 0.35 else 2) != side:
+                continue
+            for i in f:
+                if i not in rows:
+                    rows[i] = len(p)
+                    x, y, z = patch.p[i]
+                    across = (x, -x, y)[side]
+                    p.append(patch.p[i])
+                    n.append(patch.n[i])
+                    uv.append(((across + view[0] / 2) / (2 * view[0]) + (0, 0.5, 0)[side],
+                               (z - floor) / (2 * view[1]) + (0.5, 0.5, 0)[side]))
+            faces.append(tuple(rows[i] for i in f))
+    return Patch(np.array(p), np.array(n), np.array(uv), faces, patch.mats)

@@ -133,9 +133,9 @@ TEST(OrbitPath, SwingsAboutItsMeans) {
   orbit.radius_m = 1;
   orbit.height_m = 0.5;
   orbit.rate_rad_s = 0;
-  orbit.azimuth_swing = {std::numbers::pi / 2, 4};
-  orbit.radius_swing = {0.25, 8};
-  orbit.height_swing = {0.1, 4};
+  orbit.azimuth_swing = {{std::numbers::pi / 4, 4}, {std::numbers::pi / 4, 4}};
+  orbit.radius_swing = {{0.25, 8}};
+  orbit.height_swing = {{0.1, 4}};
   const PointOverTime position = onOrbit(orbit);
   EXPECT_LT((position(0) - Vector3d(1, 0, 0.5)).norm(), 1e-12);
   EXPECT_LT((position(1) - Vector3d(0, 1 + 0.25 * std::sqrt(0.5), 0.6)).norm(), 1e-12);

@@ -165,7 +165,8 @@ TEST_F(SceneFile, EveryKindOfPath) {
   const Scene sequence =
       load({"path={type: sequence, segments: [{duration_s: 0.1, type: rest, position: [1, 0, 1], "
             "look_at: [0, 0, 0]}, {duration_s: 1, type: rest, position: [2, 0, 1], look_at: box}], "
-            "shake: {amplitude_m: 0, amplitude_rad: 0.01, band_hz: [1, 2], seed: 4}, "
+            "shake: [{amplitude_m: 0, amplitude_rad: 0.01, band_hz: [1, 2], seed: 4}, "
+            "{amplitude_m: 0}], "
             "glances: [{t: [0.05, 0.1], look_at: [3, 3, 3], turn_s: 0.02}]}"});
   EXPECT_LT((sequence.path->pose(0).translation - Vector3d(1, 0, 1)).norm(), 1e-12);
   EXPECT_LT((sequence.path->pose(0.7).translation - Vector3d(2, 0, 1)).norm(), 1e-12);
@@ -195,6 +196,7 @@ TEST_F(SceneFile, BadPathsAreToldWhereTheyStand) {
         "{type: dolly, from: [0, 0, 1], to: [0, 1, 1], end_s: 0, yaw_rad: 0}",
         "{type: orbit, radius_m: 1, azimuth_swing: [1, 0]}",
         "{type: orbit, radius_m: 1, azimuth_swing: 3}",
+        "{type: orbit, radius_m: 1, azimuth_swing: [[1, 2], 3]}",
         "{type: follow, position: [1, 2, 3], look_at: box}", "{type: sequence, segments: []}",
         "{type: sequence, segments: [{type: orbit, radius_m: 1}]}",
         "{type: sequence, segments: [{type: orbit, radius_m: 1, duration_s: 1, join_s: 0}]}",
