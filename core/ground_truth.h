@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/flow_field.h"
 #include "core/image.h"
 #include "core/se3.h"
 
@@ -28,15 +29,25 @@ struct ObjectTruth {
   }
 };
 
+// Of the surface in a pixel: unit, in the camera frame, towards the camera; 0 where nothing is hit.
+struct Normal {
+  float x = 0, y = 0, z = 0;
+  friend bool operator==(const Normal&, const Normal&) = default;
+};
+
 struct GroundTruth {
-  int64_t timestamp_ns = 0;
-  SE3 T_world_camera;                // mid-exposure, mid-row
-  std::vector<SE3> row_poses;        // T_world_camera of each row; empty: that of the frame
-  std::vector<ObjectTruth> objects;  // tracked objects, in the order of the scene
+  int64_t timestamp_ns = 0;           // mid-exposure
+  int64_t open_ns = 0, close_ns = 0;  // of the shutter, middle row
+  SE3 T_world_camera;                 // mid-exposure, mid-row
+  std::vector<SE3> row_poses;         // T_world_camera of each row; empty: that of the frame
+  std::vector<ObjectTruth> objects;   // tracked objects, in the order of the scene
   // At exact pixel centres, from the same rays as the picture; may be empty (a sequence without
   // them).
   Image<float> depth_m;         // Z in the camera frame; 0 = nothing hit
   Image<uint16_t> instance_id;  // 0 = background; ids as in instances.csv
+  // Only when asked for.
+  Image<Normal> normal;
+  std::optional<FlowField> flow;  // to the next frame; none from the scene's last one
 };
 
 }  // namespace diorama

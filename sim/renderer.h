@@ -16,9 +16,16 @@ enum class RenderQuality {
   kHigh       // sixteen and more
 };
 
+// Truth beyond depth, ids and silhouettes, which costs time: only what is asked for.
+struct TruthChannels {
+  bool normal = false;
+  bool flow = false;  // to the next frame
+};
+
 struct RenderOptions {
   RenderQuality quality = RenderQuality::kStandard;
   int threads = 0;  // 0: as many as the machine has; the picture does not depend on it
+  TruthChannels truth = {};
 };
 
 // The camera and the moving objects during one exposure. Times are in seconds from the frame's

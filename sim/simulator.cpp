@@ -1,6 +1,7 @@
 #include "sim/simulator.h"
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "sim/light_baker.h"
 #include "sim/ray_renderer.h"
 #include "sim/sensor.h"
+#include "sim/truth_tracer.h"
 
 namespace diorama {
 namespace {
@@ -56,11 +58,13 @@ struct Simulator::State {
         pool(options.threads),
         lit(makeLitScene(scene)),
         exposure(meteredExposure(scene, lit)),
-        sensor(camera, scene.effects, exposure, scene.seed) {}
+        sensor(camera, scene.effects, exposure, scene.seed),
+        tracer(lit, camera) {}
 
   RenderedFrame render(const ExposureMotion& motion);
   ExposureMotion motionDuring(int index) const;
-  GroundTruth truthOf(int index, RenderedFrame rendered) const;
+  GroundTruth truthOf(int index, RenderedFrame rendered);
+  FlowField flow(int from, int to, const GroundTruth& truth);
 
   Scene scene;
   Camera camera;
@@ -69,6 +73,7 @@ struct Simulator::State {
   std::shared_ptr<const RenderScene> lit;
   double exposure;  // parts of the full well per radiance
   Sensor sensor;
+  TruthTracer tracer;
   std::mutex mutex;
   std::vector<std::unique_ptr<RayRenderer>> idle;  // as many as there were callers at once
 };
@@ -92,6 +97,15 @@ FrameAndTruth Simulator::read(int index) {
   result.frame.gray = toGray(result.frame.rgb);
   result.truth = state_->truthOf(index, std::move(rendered));
   return result;
+}
+
+FlowField Simulator::flow(int from, int to) {
+  DIORAMA_CHECK(from >= 0 && from < frameCount() && to >= 0 && to < frameCount());
+  RenderedFrame rendered = state_->render(state_->motionDuring(from));
+  GroundTruth truth;
+  truth.depth_m = std::move(rendered.depth_m);
+  truth.instance_id = std::move(rendered.instance_id);
+  return state_->flow(from, to, truth);
 }
 
 // A renderer serves one caller at a time.
@@ -126,9 +140,12 @@ ExposureMotion Simulator::State::motionDuring(int index) const {
   return motion;
 }
 
-GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) const {
+GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) {
   GroundTruth truth;
   truth.timestamp_ns = scene.timestampNs(index);
+  const int64_t half_ns = std::llround(scene.exposure_s * 1e9 / 2);
+  truth.open_ns = truth.timestamp_ns - half_ns;
+  truth.close_ns = truth.timestamp_ns + half_ns;
   truth.T_world_camera = scene.T_world_camera(index);
   if (scene.row_time_s > 0)
     for (int y = 0; y < camera.height(); ++y)
@@ -143,7 +160,19 @@ GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) const {
                              silhouette.px_valid, silhouette.px_visible,
                              std::move(silhouette.mask)});
   }
+  if (options.truth.normal)
+    truth.normal = tracer.normals(FrameGeometry(scene, camera, index), pool);
+  if (options.truth.flow && index + 1 < scene.frameCount())
+    truth.flow = flow(index, index + 1, truth);
   return truth;
+}
+
+FlowField Simulator::State::flow(int from, int to, const GroundTruth& truth) {
+  FlowField field = tracer.flow(FrameGeometry(scene, camera, from),
+                                FrameGeometry(scene, camera, to), truth, pool);
+  field.from = from;
+  field.to = to;
+  return field;
 }
 
 }  // namespace diorama

@@ -24,6 +24,9 @@ class Simulator : public FrameSource {
 
   const Scene& scene() const;
 
+  // Optical flow between any two frames, exact, in the imaging model of the pictures.
+  FlowField flow(int from, int to);
+
  private:
   struct State;
   std::unique_ptr<State> state_;
