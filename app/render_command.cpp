@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <atomic>
 #include <cstdio>
 #include <future>
@@ -21,6 +22,7 @@ namespace {
 
 struct RenderArguments {
   std::string scene, output, renderer = "ray", quality = "standard", format = "tum", frames;
+  std::vector<std::string> truth;
   std::vector<std::string> sets;
   std::optional<uint64_t> seed;
   bool resume = false;
@@ -33,12 +35,39 @@ void checkSupported(const RenderArguments& arguments) {
     throw UsageError("--format " + arguments.format + ": possible: tum");
 }
 
+struct NamedChannel {
+  const char* name;
+  bool TruthChannels::*asked;
+};
+constexpr NamedChannel kChannels[] = {{"normal", &TruthChannels::normal},
+                                      {"flow", &TruthChannels::flow}};
+
+std::string namesOf(const TruthChannels& channels) {
+  std::string names;
+  for (const NamedChannel& c : kChannels)
+    if (channels.*c.asked) names += (names.empty() ? "" : ", ") + std::string(c.name);
+  return names;
+}
+
+TruthChannels parseTruth(const std::vector<std::string>& names) {
+  TruthChannels channels, all;
+  for (const NamedChannel& c : kChannels) all.*c.asked = true;
+  for (const std::string& name : names) {
+    const auto* channel = std::find_if(std::begin(kChannels), std::end(kChannels),
+                                       [&](const NamedChannel& c) { return name == c.name; });
+    if (channel == std::end(kChannels))
+      throw UsageError("--truth " + name + ": possible: " + namesOf(all));
+    channels.*channel->asked = true;
+  }
+  return channels;
+}
+
 std::string recipe(const RenderArguments& arguments, const Scene& scene,
                    const std::vector<int>& frames) {
   return "version: " DIORAMA_VERSION "\nrenderer: " + arguments.renderer +
-         "\nquality: " + arguments.quality + "\nformat: " + arguments.format + "\nframes: [" +
-         std::to_string(frames.front()) + ", " + std::to_string(frames.back() + 1) + "]\nscene:\n" +
-         indented(describeScene(scene));
+         "\nquality: " + arguments.quality + "\nformat: " + arguments.format + "\ntruth: [" +
+         namesOf(parseTruth(arguments.truth)) + "]\nframes: [" + std::to_string(frames.front()) +
+         ", " + std::to_string(frames.back() + 1) + "]\nscene:\n" + indented(describeScene(scene));
 }
 
 // Each worker renders and writes whole frames by itself; frames do not depend on one another.
@@ -79,7 +108,7 @@ int render(const RenderArguments& arguments) {
   const Scene scene = loadScene(arguments.scene, overrides);
   const std::vector<int> frames = framesOf(
       parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames), scene.frameCount());
-  const RenderOptions options{parseQuality(arguments.quality), 1};
+  const RenderOptions options{parseQuality(arguments.quality), 1, parseTruth(arguments.truth)};
   const OutputRequest request{
       arguments.output, "render.yaml", "manifest.csv", recipe(arguments, scene, frames), true,
       arguments.resume};
@@ -102,6 +131,7 @@ std::function<int()> setUpRender(CLI::App& app) {
   app.add_option("--renderer", arguments->renderer, "ray")->capture_default_str();
   app.add_option("--quality", arguments->quality, "draft, standard or high")->capture_default_str();
   app.add_option("--format", arguments->format, "tum")->capture_default_str();
+  app.add_option("--truth", arguments->truth, "more channels: normal,flow")->delimiter(',');
   app.add_option("--frames", arguments->frames, "A:B, zero-based and half-open");
   app.add_option("--seed", arguments->seed, "replaces the scene's seed");
   app.add_option("--set", arguments->sets, "key.path=value: replaces a value of the scene")

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 #include "core/errors.h"
 
@@ -25,24 +26,37 @@ std::string readFile(const fs::path& file) {
   return std::move(content).str();
 }
 
-void writeFileAtomically(const fs::path& file, std::string_view content) {
-  const fs::path partial = file.string() + ".partial" + std::to_string(::getpid());
-  const int descriptor = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (descriptor < 0) throw OutputError(file, std::strerror(errno));
-  const auto fail = [&](bool open) {
-    const int reason = errno;
-    if (open) ::close(descriptor);
-    ::unlink(partial.c_str());
-    throw OutputError(file, std::strerror(reason));
-  };
+AtomicFile::AtomicFile(fs::path file)
+    : file_(std::move(file)), partial_(file_.string() + ".partial" + std::to_string(::getpid())) {
+  descriptor_ = ::open(partial_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (descriptor_ < 0) throw OutputError(file_, std::strerror(errno));
+}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!committed_) ::unlink(partial_.c_str());
+}
+
+void AtomicFile::write(std::string_view content) {
   while (!content.empty()) {
-    const ssize_t written = ::write(descriptor, content.data(), content.size());
+    const ssize_t written = ::write(descriptor_, content.data(), content.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(true);
+    if (written < 0) throw OutputError(file_, std::strerror(errno));
     content.remove_prefix(static_cast<size_t>(written));
   }
-  if (::close(descriptor) != 0) fail(false);
-  if (::rename(partial.c_str(), file.c_str()) != 0) fail(false);
+}
+
+void AtomicFile::commit() {
+  if (::close(std::exchange(descriptor_, -1)) != 0 ||
+      ::rename(partial_.c_str(), file_.c_str()) != 0)
+    throw OutputError(file_, std::strerror(errno));
+  committed_ = true;
+}
+
+void writeFileAtomically(const fs::path& file, std::string_view content) {
+  AtomicFile out(file);
+  out.write(content);
+  out.commit();
 }
 
 void createFolder(const fs::path& folder) {

@@ -10,8 +10,24 @@ namespace diorama {
 // Throws MissingInputError.
 std::string readFile(const std::filesystem::path& file);
 
-// Writes beside the target and renames; throws OutputError (disk full, no permission) and leaves
-// nothing.
+// A file that is written piece by piece beside its final name and renamed by commit(); without it
+// nothing is left. All functions throw OutputError (disk full, no permission).
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::filesystem::path file);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+  void write(std::string_view content);
+  void commit();
+
+ private:
+  std::filesystem::path file_, partial_;
+  int descriptor_ = -1;
+  bool committed_ = false;
+};
+
+// The same with all content at once.
 void writeFileAtomically(const std::filesystem::path& file, std::string_view content);
 
 // Creates a folder and its parents; throws OutputError.

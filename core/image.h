@@ -36,6 +36,11 @@ struct Rgb8 {
   friend bool operator==(const Rgb8&, const Rgb8&) = default;
 };
 
+struct Rgb16 {
+  uint16_t r = 0, g = 0, b = 0;
+  friend bool operator==(const Rgb16&, const Rgb16&) = default;
+};
+
 // Luma of ITU-R BT.601, rounded.
 Image<uint8_t> toGray(const Image<Rgb8>& rgb);
 

@@ -279,7 +279,9 @@ std::string encode(const uint8_t* data, int width, int height, Format format, Pn
   Bytes compressed{0x78, 0x01};  // zlib: deflate, 32 KiB window, fastest
   compressed.reserve(rows.size());
   BitWriter bits(compressed);
-  writeBlock(tokenise(rows, format.pixel_bytes), format.pixel_bytes, bits);
+  // Only distances up to 4 have a code without extra bits.
+  const size_t distance = format.pixel_bytes <= 4 ? format.pixel_bytes : 1;
+  writeBlock(tokenise(rows, distance), distance, bits);
   putBigEndian(compressed, adler32(rows));
 
   Bytes png{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
@@ -288,6 +290,15 @@ std::string encode(const uint8_t* data, int width, int height, Format format, Pn
   putChunk(png, "IDAT", compressed);
   putChunk(png, "IEND", {});
   return {png.begin(), png.end()};
+}
+
+Bytes bigEndian(std::span<const uint16_t> values) {
+  Bytes bytes(values.size() * 2);
+  for (size_t i = 0; i < values.size(); ++i) {
+    bytes[2 * i] = static_cast<uint8_t>(values[i] >> 8);
+    bytes[2 * i + 1] = static_cast<uint8_t>(values[i]);
+  }
+  return bytes;
 }
 
 }  // namespace
@@ -307,12 +318,15 @@ std::string encodePng(const Image<uint8_t>& image, PngContent content) {
 }
 
 std::string encodePng(const Image<uint16_t>& image) {
-  Bytes big_endian(image.pixels.size() * 2);
-  for (size_t i = 0; i < image.pixels.size(); ++i) {
-    big_endian[2 * i] = static_cast<uint8_t>(image.pixels[i] >> 8);
-    big_endian[2 * i + 1] = static_cast<uint8_t>(image.pixels[i]);
-  }
-  return encode(big_endian.data(), image.width, image.height, {16, 0, 2}, PngContent::kLabels);
+  const Bytes bytes = bigEndian({image.pixels.data(), image.pixels.size()});
+  return encode(bytes.data(), image.width, image.height, {16, 0, 2}, PngContent::kLabels);
+}
+
+std::string encodePng(const Image<Rgb16>& image) {
+  static_assert(sizeof(Rgb16) == 6);
+  const auto* values = reinterpret_cast<const uint16_t*>(image.pixels.data());
+  const Bytes bytes = bigEndian({values, 3 * image.pixels.size()});
+  return encode(bytes.data(), image.width, image.height, {16, 2, 6}, PngContent::kLabels);
 }
 
 }  // namespace diorama

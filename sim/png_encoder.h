@@ -20,6 +20,7 @@ enum class PngContent { kPicture, kLabels };
 std::string encodePng(const Image<Rgb8>& image);  // 8 bit colour
 std::string encodePng(const Image<uint8_t>& image, PngContent content = PngContent::kPicture);
 std::string encodePng(const Image<uint16_t>& image);  // 16 bit grey, labels or depth
+std::string encodePng(const Image<Rgb16>& image);     // 16 bit colour
 
 // CRC-32 of a chunk's type and content.
 uint32_t pngChecksum(std::string_view bytes);

@@ -45,6 +45,8 @@ int Scene::frameCount() const {
 
 int64_t Scene::timestampNs(int frame) const { return std::llround(frame * 1e6 / rate_hz) * 1000; }
 
+int64_t Scene::halfExposureNs() const { return std::llround(exposure_s * 1e6 / 2) * 1000; }
+
 SE3 Scene::T_world_camera(int frame) const { return path->pose(time_s(frame)); }
 
 std::string describeStage(const Scene& scene) {

@@ -96,6 +96,8 @@ struct Scene {
   int64_t timestampNs(int frame) const;
   double time_s(int frame) const { return static_cast<double>(timestampNs(frame)) * 1e-9; }
   SE3 T_world_camera(int frame) const;
+  // From the opening of the shutter to the timestamp, a whole number of microseconds.
+  int64_t halfExposureNs() const;
   // From the frame's timestamp to the middle of the exposure of row y.
   double rowOffset_s(int y) const { return row_time_s * (y - (camera.height - 1) / 2.0); }
 };

@@ -14,6 +14,7 @@
 #include "sim/model_files.h"
 #include "sim/png_encoder.h"
 #include "sim/simulated_odometry.h"
+#include "sim/truth_files.h"
 #include "sim/yaml_values.h"
 
 namespace diorama {
@@ -115,6 +116,12 @@ void SequenceWriter::write(const Frame& frame, const GroundTruth& truth) {
     files.write("depth/" + number + ".png", encodePng(toDepthUnits(truth.depth_m)));
   if (!truth.instance_id.empty())
     files.write("id/" + number + ".png", encodePng(truth.instance_id));
+  const bool flow_leaves = truth.flow && truth.flow->to >= end_;
+  for (const NamedFile& file : truthFiles(frame.index, truth, scene_, kRecordFolder)) {
+    if (flow_leaves && file.name.starts_with("flow/")) continue;  // that frame is not written
+    createFolder((folder_ / file.name).parent_path());
+    files.write(file.name, file.content);
+  }
 
   FrameRecord record;
   record.truth.timestamp_ns = frame.timestamp_ns;
@@ -256,11 +263,15 @@ void SequenceWriter::finish() {
   Files files(folder_);
   for (int k = first_; k < end_; ++k) {
     records.push_back(parseRecord(readFile(recordFile(k)), recordFile(k)));
-    for (const auto& [name, hash] : records.back().files) files.note(name, hash);
+    for (const auto& [name, hash] : records.back().files)
+      if (!name.starts_with(kRecordFolder)) files.note(name, hash);
   }
   TextFiles text(scene_, records, files);
   text.write(first_);
   files.write("odometry.csv", odometryRecord(scene_, first_, end_));
+  files.write("exposures.csv", exposureTable(scene_, first_, end_));
+  for (const auto& [name, hash] : joinTables(folder_, kRecordFolder, first_, end_))
+    files.note(name, hash);
 
   std::vector<std::string> models;
   for (size_t i : trackedObjects(scene_)) {

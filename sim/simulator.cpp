@@ -143,9 +143,8 @@ ExposureMotion Simulator::State::motionDuring(int index) const {
 GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) {
   GroundTruth truth;
   truth.timestamp_ns = scene.timestampNs(index);
-  const int64_t half_ns = std::llround(scene.exposure_s * 1e9 / 2);
-  truth.open_ns = truth.timestamp_ns - half_ns;
-  truth.close_ns = truth.timestamp_ns + half_ns;
+  truth.open_ns = truth.timestamp_ns - scene.halfExposureNs();
+  truth.close_ns = truth.timestamp_ns + scene.halfExposureNs();
   truth.T_world_camera = scene.T_world_camera(index);
   if (scene.row_time_s > 0)
     for (int y = 0; y < camera.height(); ++y)

@@ -32,6 +32,22 @@ TEST(Files, WritesAndReplacesWholeFiles) {
   EXPECT_EQ(entries(folder.path()), 1u);
 }
 
+TEST(Files, PieceByPieceOrNotAtAll) {
+  TemporaryFolder folder;
+  const fs::path file = folder.write("a.txt", "old");
+  {
+    AtomicFile out(file);
+    out.write("one ");
+    out.write("two");
+    EXPECT_EQ(readFile(file), "old");
+    out.commit();
+  }
+  EXPECT_EQ(readFile(file), "one two");
+  { AtomicFile(file).write("three"); }
+  EXPECT_EQ(readFile(file), "one two");
+  EXPECT_EQ(entries(folder.path()), 1u);
+}
+
 TEST(Files, MissingInput) {
   TemporaryFolder folder;
   EXPECT_THROW(readFile(folder.path() / "none"), MissingInputError);

@@ -25,6 +25,9 @@ void expectSame(const Image<T>& image, const std::string& png) {
       if constexpr (std::is_same_v<T, Rgb8>) {
         const cv::Vec3b& v = decoded.at<cv::Vec3b>(y, x);
         ASSERT_EQ((Rgb8{v[2], v[1], v[0]}), image(x, y)) << x << " " << y;
+      } else if constexpr (std::is_same_v<T, Rgb16>) {
+        const cv::Vec3w& v = decoded.at<cv::Vec3w>(y, x);
+        ASSERT_EQ((Rgb16{v[2], v[1], v[0]}), image(x, y)) << x << " " << y;
       } else {
         ASSERT_EQ(decoded.at<T>(y, x), image(x, y)) << x << " " << y;
       }
@@ -41,16 +44,19 @@ TEST(PngEncoder, LabelsAndDepthReadBack) {
        {std::pair{1, 1}, {2, 3}, {640, 480}, {257, 31}, {1, 700}, {900, 1}}) {
     Image<uint16_t> depth(width, height), ids(width, height), random(width, height);
     Image<uint8_t> mask(width, height);
+    Image<Rgb16> flow(width, height);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
         depth(x, y) = static_cast<uint16_t>(x > 100 && x < 300 ? 3000 + 3 * x + y : 9000 + 2 * y);
         ids(x, y) = static_cast<uint16_t>((x / 50 + y / 40) % 7 * 300);
         random(x, y) = static_cast<uint16_t>(noise(x, y));
+        if (x > 40) flow(x, y) = {random(x, y), depth(x, y), static_cast<uint16_t>(y % 2)};
         mask(x, y) = (x - 300) * (x - 300) + (y - 200) * (y - 200) < 10000 ? 255 : 0;
       }
     expectSame(depth, encodePng(depth));
     expectSame(ids, encodePng(ids));
     expectSame(random, encodePng(random));
+    expectSame(flow, encodePng(flow));
     expectSame(mask, encodePng(mask, PngContent::kLabels));
     expectSame(mask, encodePng(mask));
     if (width == 640) {

@@ -1,0 +1,117 @@
+#include "sim/truth_files.h"
+
+#include <array>
+#include <cmath>
+
+#include "core/files.h"
+#include "core/sha256.h"
+#include "core/text.h"
+#include "sim/png_encoder.h"
+
+namespace diorama {
+namespace fs = std::filesystem;
+namespace {
+
+struct Table {
+  const char* name;
+  const char* header;
+};
+constexpr std::array kTables = {
+    Table{"row_poses.csv", "frame,row,timestamp,tx,ty,tz,qx,qy,qz,qw\n"},
+};
+
+std::string sixDigits(int number) {
+  const std::string digits = std::to_string(number);
+  return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
+}
+
+std::string partOf(const char* table, int frame, const std::string& parts) {
+  return parts + "/" + sixDigits(frame) + "_" + table;
+}
+
+uint8_t toByte(float part) { return static_cast<uint8_t>(std::lround((part + 1) / 2 * 255)); }
+
+// Rows follow each other by less than a microsecond: nanoseconds.
+std::string rowPoseLines(int frame, const GroundTruth& truth, const Scene& scene) {
+  std::string lines;
+  for (size_t y = 0; y < truth.row_poses.size(); ++y)
+    lines += std::to_string(frame) + "," + std::to_string(y) + "," +
+             formatFixed(scene.time_s(frame) + scene.rowOffset_s(static_cast<int>(y)), 9) + "," +
+             formatPose(truth.row_poses[y], ',') + "\n";
+  return lines;
+}
+
+}  // namespace
+
+Image<Rgb8> toPicture(const Image<Normal>& normal) {
+  Image<Rgb8> picture(normal.width, normal.height);
+  for (size_t i = 0; i < normal.pixels.size(); ++i)
+    if (const Normal& n = normal.pixels[i]; n != Normal{})
+      picture.pixels[i] = {toByte(n.x), toByte(n.y), toByte(n.z)};
+  return picture;
+}
+
+Image<Rgb16> toPicture(const FlowField& flow) {
+  constexpr float kScale = 64, kZero = 32768;
+  Image<Rgb16> picture(flow.flow_px.width, flow.flow_px.height);
+  for (size_t i = 0; i < picture.pixels.size(); ++i) {
+    const FlowState state = flow.state.pixels[i];
+    if (state == FlowState::kNoSurface) continue;
+    const float u = std::round(kScale * flow.flow_px.pixels[i].u + kZero),
+                v = std::round(kScale * flow.flow_px.pixels[i].v + kZero);
+    if (u < 1 || v < 1 || u > 65535 || v > 65535) continue;
+    picture.pixels[i] = {static_cast<uint16_t>(u), static_cast<uint16_t>(v),
+                         static_cast<uint16_t>(state == FlowState::kVisible)};
+  }
+  return picture;
+}
+
+std::vector<NamedFile> truthFiles(int frame, const GroundTruth& truth, const Scene& scene,
+                                  const std::string& parts) {
+  std::vector<NamedFile> files;
+  if (!truth.normal.empty())
+    files.push_back({"normal/" + sixDigits(frame) + ".png", encodePng(toPicture(truth.normal))});
+  if (truth.flow) {
+    const std::string name =
+        "flow/" + sixDigits(truth.flow->from) + "_" + sixDigits(truth.flow->to);
+    Image<uint8_t> state(truth.flow->state.width, truth.flow->state.height);
+    for (size_t i = 0; i < state.pixels.size(); ++i)
+      state.pixels[i] = static_cast<uint8_t>(truth.flow->state.pixels[i]);
+    files.push_back({name + ".png", encodePng(toPicture(*truth.flow))});
+    files.push_back({name + "_state.png", encodePng(state, PngContent::kLabels)});
+  }
+  if (!truth.row_poses.empty())
+    files.push_back({partOf("row_poses.csv", frame, parts), rowPoseLines(frame, truth, scene)});
+  return files;
+}
+
+std::vector<HashedFile> joinTables(const fs::path& folder, const std::string& parts, int first,
+                                   int end) {
+  std::vector<HashedFile> tables;
+  for (const Table& table : kTables) {
+    std::error_code error;
+    if (!fs::exists(folder / partOf(table.name, first, parts), error)) continue;
+    AtomicFile out(folder / table.name);
+    Sha256 hash;
+    const auto write = [&](const std::string& text) {
+      out.write(text);
+      hash.update(text);
+    };
+    write(table.header);
+    for (int k = first; k < end; ++k) write(readFile(folder / partOf(table.name, k, parts)));
+    out.commit();
+    tables.push_back({table.name, hash.hexDigest()});
+  }
+  return tables;
+}
+
+std::string exposureTable(const Scene& scene, int first, int end) {
+  std::string text = "frame,open,mid,close\n";
+  for (int k = first; k < end; ++k)
+    text += std::to_string(k) + "," + formatSeconds(scene.timestampNs(k) - scene.halfExposureNs()) +
+            "," + formatSeconds(scene.timestampNs(k)) + "," +
+            formatSeconds(scene.timestampNs(k) + scene.halfExposureNs()) + "\n";
+  return text;
+}
+
+}  // namespace diorama
