@@ -18,6 +18,7 @@ constexpr Command kCommands[] = {
     {"render", "film a scene: pictures and exact ground truth as a sequence folder", setUpRender},
     {"run", "track, map and measure on a scene or a sequence", setUpRun},
     {"eval", "compare two trajectories (TUM files)", setUpEval},
+    {"check", "prove that a sequence is complete and free of contradictions", setUpCheck},
     {"doctor", "check this installation", setUpDoctor},
 };
 

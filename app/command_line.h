@@ -18,6 +18,7 @@ struct Command {
 std::function<int()> setUpRender(CLI::App& app);
 std::function<int()> setUpRun(CLI::App& app);
 std::function<int()> setUpEval(CLI::App& app);
+std::function<int()> setUpCheck(CLI::App& app);
 std::function<int()> setUpDoctor(CLI::App& app);
 
 // Parses, runs and returns the exit code; every error is one line on standard error.

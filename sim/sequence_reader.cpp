@@ -6,6 +6,7 @@
 #include "core/files.h"
 #include "core/text.h"
 #include "sim/image_file.h"
+#include "sim/sequence_names.h"
 #include "sim/yaml_values.h"
 
 namespace diorama {
@@ -182,10 +183,6 @@ std::optional<GroundTruth> SequenceReader::readTruth(const ImageEntry& entry) co
 }
 
 void SequenceReader::readTruthImages(const ImageEntry& entry, GroundTruth& truth) const {
-  const auto six_digits = [](size_t number) {
-    const std::string digits = std::to_string(number);
-    return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
-  };
   const auto labels = [&](const fs::path& file) {
     const AnyImage image = readImage(file, camera_.width(), camera_.height());
     if (const auto* wide = std::get_if<Image<uint16_t>>(&image)) return *wide;
@@ -198,13 +195,12 @@ void SequenceReader::readTruthImages(const ImageEntry& entry, GroundTruth& truth
     std::transform(units.pixels.begin(), units.pixels.end(), truth.depth_m.pixels.begin(),
                    [](uint16_t u) { return static_cast<float>(u / kDepthUnitsPerMetre); });
   }
-  const std::string number = six_digits(static_cast<size_t>(entry.number));
-  const fs::path ids = folder_ / "id" / (number + ".png");
+  const fs::path ids = folder_ / frameFile("id", entry.number);
   if (isThere(ids)) truth.instance_id = labels(ids);
   for (ObjectTruth& object : truth.objects) {
     size_t index = 0;
     while (objects_[index].name != object.name) ++index;
-    const fs::path file = folder_ / "mask" / (number + "_" + six_digits(index) + ".png");
+    const fs::path file = folder_ / maskFile("mask", entry.number, index);
     if (!isThere(file)) continue;
     AnyImage mask = readImage(file, camera_.width(), camera_.height());
     if (!std::holds_alternative<Image<uint8_t>>(mask))

@@ -60,6 +60,15 @@ class SequenceReader : public FrameSource {
   const std::optional<std::filesystem::path>& odometryFile() const { return odometry_file_; }
   // True T_world_camera of the whole sequence; empty when not known.
   const Trajectory& trueCameraPath() const { return T_world_camera_; }
+  // True T_world_object, one per object; empty where not known.
+  const std::vector<Trajectory>& trueObjectPaths() const { return T_world_object_; }
+  const std::vector<ImageEntry>& images() const { return images_; }
+  const std::vector<ImageEntry>& depthImages() const { return depth_; }
+
+  // The truth of a frame alone, as read() gives it.
+  std::optional<GroundTruth> readTruth(int index) const {
+    return readTruth(images_[static_cast<size_t>(index)]);
+  }
 
  private:
   struct PixelCounts {

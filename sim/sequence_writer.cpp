@@ -13,6 +13,7 @@
 #include "sim/frame_record.h"
 #include "sim/model_files.h"
 #include "sim/png_encoder.h"
+#include "sim/sequence_names.h"
 #include "sim/simulated_odometry.h"
 #include "sim/truth_files.h"
 #include "sim/yaml_values.h"
@@ -23,11 +24,6 @@ namespace {
 
 constexpr double kDepthUnitsPerMetre = 5000;  // TUM RGB-D
 constexpr const char* kRecordFolder = "partial";
-
-std::string sixDigits(int number) {
-  const std::string digits = std::to_string(number);
-  return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
-}
 
 Image<uint16_t> toDepthUnits(const Image<float>& depth_m) {
   Image<uint16_t> units(depth_m.width, depth_m.height);
@@ -87,7 +83,7 @@ SequenceWriter::SequenceWriter(fs::path folder, const Scene& scene,
 }
 
 fs::path SequenceWriter::recordFile(int frame) const {
-  return folder_ / kRecordFolder / (sixDigits(frame) + ".txt");
+  return folder_ / kRecordFolder / (sixDigits(static_cast<size_t>(frame)) + ".txt");
 }
 
 // The record is written after the images, and each of these is complete or not there.
@@ -108,14 +104,13 @@ void SequenceWriter::write(const Frame& frame, const GroundTruth& truth) {
   DIORAMA_CHECK(first_ <= frame.index && frame.index < end_);
   const std::vector<size_t> tracked = trackedObjects(scene_);
   DIORAMA_CHECK(truth.objects.size() == tracked.size());
-  const std::string number = sixDigits(frame.index);
   Files files(folder_);
-  files.write("rgb/" + number + ".png",
+  files.write(frameFile("rgb", frame.index),
               frame.rgb.empty() ? encodePng(frame.gray) : encodePng(frame.rgb));
   if (!truth.depth_m.empty())
-    files.write("depth/" + number + ".png", encodePng(toDepthUnits(truth.depth_m)));
+    files.write(frameFile("depth", frame.index), encodePng(toDepthUnits(truth.depth_m)));
   if (!truth.instance_id.empty())
-    files.write("id/" + number + ".png", encodePng(truth.instance_id));
+    files.write(frameFile("id", frame.index), encodePng(truth.instance_id));
   const bool flow_leaves = truth.flow && truth.flow->to >= end_;
   for (const NamedFile& file : truthFiles(frame.index, truth, scene_, kRecordFolder)) {
     if (flow_leaves && file.name.starts_with("flow/")) continue;  // that frame is not written
@@ -128,12 +123,11 @@ void SequenceWriter::write(const Frame& frame, const GroundTruth& truth) {
   record.truth.T_world_camera = truth.T_world_camera;
   for (size_t n = 0; n < tracked.size(); ++n) {
     const ObjectTruth& object = truth.objects[n];
-    const std::string file = number + "_" + sixDigits(static_cast<int>(n)) + ".png";
     if (!object.mask.empty())
-      files.write("mask/" + file, encodePng(object.mask, PngContent::kLabels));
+      files.write(maskFile("mask", frame.index, n), encodePng(object.mask, PngContent::kLabels));
     if (!truth.instance_id.empty()) {
       const uint16_t id = static_cast<uint16_t>(tracked[n] + 1);
-      files.write("mask_visib/" + file,
+      files.write(maskFile("mask_visib", frame.index, n),
                   encodePng(maskOf(truth.instance_id, id), PngContent::kLabels));
     }
     ObjectTruth kept;
