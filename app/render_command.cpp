@@ -40,7 +40,8 @@ struct NamedChannel {
   bool TruthChannels::*asked;
 };
 constexpr NamedChannel kChannels[] = {{"normal", &TruthChannels::normal},
-                                      {"flow", &TruthChannels::flow}};
+                                      {"flow", &TruthChannels::flow},
+                                      {"edges", &TruthChannels::edges}};
 
 std::string namesOf(const TruthChannels& channels) {
   std::string names;
@@ -131,7 +132,7 @@ std::function<int()> setUpRender(CLI::App& app) {
   app.add_option("--renderer", arguments->renderer, "ray")->capture_default_str();
   app.add_option("--quality", arguments->quality, "draft, standard or high")->capture_default_str();
   app.add_option("--format", arguments->format, "tum")->capture_default_str();
-  app.add_option("--truth", arguments->truth, "more channels: normal,flow")->delimiter(',');
+  app.add_option("--truth", arguments->truth, "more channels: normal,flow,edges")->delimiter(',');
   app.add_option("--frames", arguments->frames, "A:B, zero-based and half-open");
   app.add_option("--seed", arguments->seed, "replaces the scene's seed");
   app.add_option("--set", arguments->sets, "key.path=value: replaces a value of the scene")

@@ -8,6 +8,7 @@
 
 #include "core/flow_field.h"
 #include "core/image.h"
+#include "core/mesh_edges.h"
 #include "core/se3.h"
 
 namespace diorama {
@@ -35,6 +36,14 @@ struct Normal {
   friend bool operator==(const Normal&, const Normal&) = default;
 };
 
+// A part of a model edge that is seen.
+struct VisibleEdge {
+  int object = 0;  // in GroundTruth::objects
+  int edge = 0;    // in the MeshEdges of its mesh
+  EdgeKind kind = EdgeKind::kSharp;
+  std::vector<Vector2d> line_px;  // at least two vertices
+};
+
 struct GroundTruth {
   int64_t timestamp_ns = 0;           // mid-exposure
   int64_t open_ns = 0, close_ns = 0;  // of the shutter, middle row
@@ -48,6 +57,7 @@ struct GroundTruth {
   // Only when asked for.
   Image<Normal> normal;
   std::optional<FlowField> flow;  // to the next frame; none from the scene's last one
+  std::optional<std::vector<VisibleEdge>> edges;
 };
 
 }  // namespace diorama

@@ -19,7 +19,8 @@ enum class RenderQuality {
 // Truth beyond depth, ids and silhouettes, which costs time: only what is asked for.
 struct TruthChannels {
   bool normal = false;
-  bool flow = false;  // to the next frame
+  bool flow = false;   // to the next frame
+  bool edges = false;  // of tracked objects
 };
 
 struct RenderOptions {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "core/errors.h"
@@ -10,6 +11,7 @@
 #include "sim/ray_renderer.h"
 #include "sim/sensor.h"
 #include "sim/truth_tracer.h"
+#include "sim/visible_edges.h"
 
 namespace diorama {
 namespace {
@@ -59,7 +61,9 @@ struct Simulator::State {
         lit(makeLitScene(scene)),
         exposure(meteredExposure(scene, lit)),
         sensor(camera, scene.effects, exposure, scene.seed),
-        tracer(lit, camera) {}
+        tracer(lit, camera) {
+    if (options.truth.edges) edge_tracer.emplace(scene, lit);
+  }
 
   RenderedFrame render(const ExposureMotion& motion);
   ExposureMotion motionDuring(int index) const;
@@ -74,6 +78,7 @@ struct Simulator::State {
   double exposure;  // parts of the full well per radiance
   Sensor sensor;
   TruthTracer tracer;
+  std::optional<EdgeTracer> edge_tracer;
   std::mutex mutex;
   std::vector<std::unique_ptr<RayRenderer>> idle;  // as many as there were callers at once
 };
@@ -161,6 +166,7 @@ GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) {
   }
   if (options.truth.normal)
     truth.normal = tracer.normals(FrameGeometry(scene, camera, index), pool);
+  if (edge_tracer) truth.edges = edge_tracer->visible(FrameGeometry(scene, camera, index), pool);
   if (options.truth.flow && index + 1 < scene.frameCount())
     truth.flow = flow(index, index + 1, truth);
   return truth;

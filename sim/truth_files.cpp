@@ -17,6 +17,7 @@ struct Table {
   const char* header;
 };
 constexpr std::array kTables = {
+    Table{"edges.csv", "frame,object,edge_id,kind,part,u,v\n"},
     Table{"row_poses.csv", "frame,row,timestamp,tx,ty,tz,qx,qy,qz,qw\n"},
 };
 
@@ -38,6 +39,22 @@ std::string rowPoseLines(int frame, const GroundTruth& truth, const Scene& scene
     lines += std::to_string(frame) + "," + std::to_string(y) + "," +
              formatFixed(scene.time_s(frame) + scene.rowOffset_s(static_cast<int>(y)), 9) + "," +
              formatPose(truth.row_poses[y], ',') + "\n";
+  return lines;
+}
+
+// A row for each vertex; those of one part follow one another.
+std::string edgeLines(int frame, const GroundTruth& truth) {
+  constexpr std::array kKinds = {"boundary", "sharp", "silhouette"};  // in the order of EdgeKind
+  std::string lines;
+  for (size_t part = 0; part < truth.edges->size(); ++part) {
+    const VisibleEdge& edge = (*truth.edges)[part];
+    const std::string start = std::to_string(frame) + "," +
+                              truth.objects[static_cast<size_t>(edge.object)].name + "," +
+                              std::to_string(edge.edge) + "," +
+                              kKinds[static_cast<size_t>(edge.kind)] + "," + std::to_string(part);
+    for (const Vector2d& u : edge.line_px)
+      lines += start + "," + formatFixed(u.x(), 3) + "," + formatFixed(u.y(), 3) + "\n";
+  }
   return lines;
 }
 
@@ -80,6 +97,7 @@ std::vector<NamedFile> truthFiles(int frame, const GroundTruth& truth, const Sce
     files.push_back({name + ".png", encodePng(toPicture(*truth.flow))});
     files.push_back({name + "_state.png", encodePng(state, PngContent::kLabels)});
   }
+  if (truth.edges) files.push_back({partOf("edges.csv", frame, parts), edgeLines(frame, truth)});
   if (!truth.row_poses.empty())
     files.push_back({partOf("row_poses.csv", frame, parts), rowPoseLines(frame, truth, scene)});
   return files;

@@ -1,5 +1,5 @@
 // Truth beyond poses, depth and masks as files of a sequence: normals, optical flow, and the tables
-// exposures.csv and row_poses.csv.
+// edges.csv, exposures.csv and row_poses.csv.
 #pragma once
 
 #include <filesystem>

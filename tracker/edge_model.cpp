@@ -1,128 +1,12 @@
 #include "tracker/edge_model.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
-#include <optional>
-#include <tuple>
-#include <unordered_map>
+#include <utility>
 
 namespace diorama {
 namespace {
-
-using Face = std::array<int, 3>;
-
-// A uniform grid with one vertex per cell: vertices within the tolerance are found in the 27 cells
-// around.
-class VertexWelder {
- public:
-  VertexWelder(std::vector<Vector3d>& vertices, double tolerance)
-      : vertices_(vertices), tolerance_(tolerance) {}
-
-  int weld(const Vector3d& p) {
-    const Vector3d cell = (p / tolerance_).array().floor();
-    for (int k = 0; k < 27; ++k) {
-      const Vector3d neighbour = cell + Vector3d(k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
-      const auto it = grid_.find(key(neighbour));
-      if (it == grid_.end()) continue;
-      if ((vertices_[static_cast<size_t>(it->second)] - p).norm() <= tolerance_) return it->second;
-    }
-    const int id = static_cast<int>(vertices_.size());
-    vertices_.push_back(p);
-    grid_.emplace(key(cell), id);
-    return id;
-  }
-
- private:
-  // 21 bits a coordinate: the model spans far fewer cells in each direction.
-  static uint64_t key(const Vector3d& cell) {
-    uint64_t out = 0;
-    for (int i = 0; i < 3; ++i)
-      out = out << 21 | (static_cast<uint64_t>(static_cast<int64_t>(cell[i])) & 0x1fffff);
-    return out;
-  }
-  std::vector<Vector3d>& vertices_;
-  double tolerance_;
-  std::unordered_map<uint64_t, int> grid_;
-};
-
-// Faces over welded vertices; degenerate ones and repetitions (two-sided sheets) are left out.
-std::vector<Face> weldFaces(const Mesh& mesh, double tolerance, EdgeModel& model) {
-  VertexWelder welder(model.vertices, tolerance);
-  std::vector<int> welded(mesh.positions.size());
-  for (size_t i = 0; i < welded.size(); ++i)
-    welded[i] = welder.weld(mesh.positions[i].cast<double>() - model.centre_object);
-
-  std::vector<std::pair<Face, Face>> faces;  // sorted vertices, and in their order
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto at = [&](int i) { return welded[static_cast<size_t>(t[i])]; };
-    const Face face{at(0), at(1), at(2)};
-    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) continue;
-    Face sorted = face;
-    std::sort(sorted.begin(), sorted.end());
-    faces.emplace_back(sorted, face);
-  }
-  std::sort(faces.begin(), faces.end());
-  std::vector<Face> out;
-  for (size_t i = 0; i < faces.size(); ++i)
-    if (i == 0 || faces[i].first != faces[i - 1].first) out.push_back(faces[i].second);
-  return out;
-}
-
-// One face beside an edge.
-struct Side {
-  int a, b;         // the edge, a < b
-  Vector3d normal;  // unit
-  Vector3d inward;  // unit, in the face, perpendicular to the edge, towards the third vertex
-};
-
-std::vector<Side> sidesOf(const std::vector<Face>& faces, const EdgeModel& model) {
-  const auto vertex = [&](int i) -> const Vector3d& {
-    return model.vertices[static_cast<size_t>(i)];
-  };
-  std::vector<Side> sides;
-  for (const Face& f : faces) {
-    const Vector3d n = (vertex(f[1]) - vertex(f[0])).cross(vertex(f[2]) - vertex(f[0]));
-    // A sliver has no direction: its height is below a millionth of the model.
-    if (n.norm() < 1e-12 * model.diameter * model.diameter) continue;
-    for (size_t k = 0; k < 3; ++k) {
-      const auto [a, b] = std::minmax(f[k], f[(k + 1) % 3]);
-      const Vector3d along = (vertex(b) - vertex(a)).normalized();
-      Vector3d inward = vertex(f[(k + 2) % 3]) - vertex(a);
-      inward -= along * along.dot(inward);
-      sides.push_back({a, b, n.normalized(), inward.normalized()});
-    }
-  }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& s, const Side& t) {
-    return std::tie(s.a, s.b) < std::tie(t.a, t.b);
-  });
-  return sides;
-}
-
-// The edge between the given faces; nothing when it is flat. The fold is taken from the directions
-// into the faces, not from the normals, since meshes with mixed winding are common.
-std::optional<ModelEdge> classify(const Side* sides, size_t count, const TrackerOptions& options) {
-  ModelEdge edge;
-  edge.a = sides[0].a;
-  edge.b = sides[0].b;
-  edge.n1 = edge.n2 = sides[0].normal;
-  if (count == 1) {
-    edge.kind = EdgeKind::kBoundary;
-    return edge;
-  }
-  const double flatness = -sides[0].inward.dot(sides[1].inward);  // n1 . n2 when wound alike
-  edge.n2 = sides[1].normal;
-  if (edge.n1.dot(edge.n2) * flatness < 0) edge.n2 = -edge.n2;
-  if (count > 2 || flatness <= options.sharp_edge_cosine)
-    edge.kind = EdgeKind::kSharp;
-  else if (flatness < options.flat_edge_cosine)
-    edge.kind = EdgeKind::kSmooth;
-  else
-    return std::nullopt;
-  return edge;
-}
 
 void addSamples(EdgeModel& model, size_t edge_index) {
   ModelEdge& edge = model.edges[edge_index];
@@ -167,22 +51,17 @@ PixelBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T
 EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options) {
   EdgeModel model;
   if (mesh.positions.empty()) return model;
-  model.centre_object = (0.5f * (mesh.minCorner() + mesh.maxCorner())).cast<double>();
+  MeshEdges found = findMeshEdges(
+      mesh, {options.sharp_edge_cosine, options.flat_edge_cosine, options.weld_tolerance});
+  model.centre_object = found.centre_object;
   model.diameter = mesh.diameter();
   if (!(model.diameter > 0)) return model;
   model.sample_spacing = model.diameter / options.samples_per_diameter;
-
-  // Below 1e-6 of the model, single precision of the vertices decides.
-  const double tolerance = std::max(options.weld_tolerance, 1e-6) * model.diameter;
-  const std::vector<Side> sides = sidesOf(weldFaces(mesh, tolerance, model), model);
+  model.vertices = std::move(found.vertices);
   model.outermost = outermostVertices(model.vertices);
-  for (size_t i = 0, next; i < sides.size(); i = next) {
-    for (next = i + 1; next < sides.size(); ++next)
-      if (sides[next].a != sides[i].a || sides[next].b != sides[i].b) break;
-    if (const auto edge = classify(&sides[i], next - i, options)) {
-      model.edges.push_back(*edge);
-      addSamples(model, model.edges.size() - 1);
-    }
+  for (const MeshEdge& edge : found.edges) {
+    model.edges.push_back({edge});
+    addSamples(model, model.edges.size() - 1);
   }
   return model;
 }

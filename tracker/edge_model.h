@@ -4,22 +4,13 @@
 #include <vector>
 
 #include "core/camera.h"
-#include "core/mesh.h"
+#include "core/mesh_edges.h"
 #include "core/se3.h"
 #include "tracker/tracker_options.h"
 
 namespace diorama {
 
-enum class EdgeKind {
-  kBoundary,  // one face: always shows
-  kSharp,     // two faces at a fold, or more than two faces: always shows
-  kSmooth     // shows where it lies on the silhouette: one face towards the camera, one away
-};
-
-struct ModelEdge {
-  int a = 0, b = 0;  // vertices
-  Vector3d n1, n2;   // unit normals of its faces, oriented alike; equal on a boundary
-  EdgeKind kind = EdgeKind::kSharp;
+struct ModelEdge : MeshEdge {
   int first_sample = 0, sample_count = 0;
 };
 
@@ -41,8 +32,7 @@ struct EdgeModel {
   std::vector<EdgeSample> samples;  // those of one edge follow one another
 };
 
-// Welds vertices (a textured mesh repeats them along seams), drops degenerate and repeated faces
-// and flat edges. No edges when the mesh has no face.
+// From the edges of core/mesh_edges.h. No edges when the mesh has no face.
 EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options);
 
 // The smallest box around the projection of the model, px. Empty (low > high) behind the camera.

@@ -104,6 +104,16 @@ TEST(TruthFiles, FlowBeyondTheFormatIsLeftOut) {
   EXPECT_EQ(picture(2, 0), (Rgb16{32832, 32768, 0}));
 }
 
+TEST(TruthFiles, EdgesOfAllFrames) {
+  const Workshop workshop("edge_files");
+  const fs::path folder = film(workshop, filmedScene(workshop), "seq", 0, 2, {.edges = true});
+  const std::vector<std::string> rows = lines(readFile(folder / "edges.csv"));
+  EXPECT_EQ(rows[0], "frame,object,edge_id,kind,part,u,v");
+  EXPECT_TRUE(rows[1].starts_with("0,a,0,boundary,0,")) << rows[1];
+  EXPECT_TRUE(rows[rows.size() - 2].starts_with("1,a,3,boundary,3,")) << rows[rows.size() - 2];
+  EXPECT_GT(rows.size(), 100u);
+}
+
 TEST(TruthFiles, RowPosesAndExposures) {
   const Workshop workshop("row_files");
   Scene scene = filmedScene(workshop);

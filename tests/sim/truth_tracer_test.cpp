@@ -161,6 +161,35 @@ TEST(Flow, ClosesWithDepthAndPoses) {
   }
 }
 
+// A square that slides to the right by 0.2 m before a wall that rests.
+TEST(Flow, FollowsWhatMoves) {
+  const Workshop workshop("flow_moves");
+  Scene scene = twoFrames(lookAhead({0, 0, 0}), lookAhead({0, 0, 0}));
+  scene.objects = {object("wall", workshop.write("w.obj", square(3)), Vector3d(2, 0, 0)),
+                   object("sledge", workshop.write("s.obj", square(0.3)), Vector3d(1, 0.1, 0))};
+  scene.objects[1].path =
+      makeSplinePath({{0, {{}, Vector3d(1, 0.1, 0)}}, {0.1, {{}, Vector3d(1, -0.1, 0)}}});
+  Simulator simulator(scene, kAll);
+  const GroundTruth truth = *simulator.read(0).truth;
+  std::map<FlowState, int> wall;
+  int sledge = 0;
+  for (int y = 0; y < 120; ++y)
+    for (int x = 0; x < 160; ++x) {
+      const bool moves = truth.instance_id(x, y) == 2;
+      ASSERT_NEAR(static_cast<double>(truth.flow->flow_px(x, y).u), moves ? 26 : 0, 1e-4);
+      ASSERT_NEAR(static_cast<double>(truth.flow->flow_px(x, y).v), 0, 1e-4);
+      ASSERT_NEAR(static_cast<double>(truth.normal(x, y).z), -1, 1e-6);
+      if (!moves) ++wall[truth.flow->state(x, y)];
+      if (moves) {
+        ASSERT_EQ(truth.flow->state(x, y), FlowState::kVisible);
+        ++sledge;
+      }
+    }
+  EXPECT_NEAR(sledge, 39 * 39, 80);
+  EXPECT_NEAR(wall[FlowState::kHiddenByOther], 26 * 39, 60);  // what the sledge newly covers
+  EXPECT_EQ(wall[FlowState::kHiddenBySelf] + wall[FlowState::kOutside], 0);
+}
+
 TEST(Flow, ThreadsDoNotChangeIt) {
   const Workshop workshop("flow_threads");
   const Scene scene = shakenScene(workshop);
