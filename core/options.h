@@ -37,6 +37,15 @@ class OptionReader {
   void operator()(const std::string& key, std::string& field) {
     if (auto value = map_.find(key)) field = value->asString();
   }
+  void operator()(const std::string& key, std::string& field,
+                  const std::vector<std::string>& choices) {
+    if (auto value = map_.find(key)) field = choices[value->asChoice(choices)];
+  }
+  template <class Value>
+  requires requires(Value v, const YamlValue& y) { v.readYaml(y); }
+  void operator()(const std::string& key, Value& field) {
+    if (auto value = map_.find(key)) field.readYaml(*value);
+  }
   void operator()(const std::string& key, int& field, Range range = {}) {
     if (auto value = map_.find(key)) check(*value, field = value->asInt(), range);
   }
@@ -72,6 +81,15 @@ class OptionWriter {
   void operator()(const std::string& key, const bool& field) { put(key, field ? "true" : "false"); }
   void operator()(const std::string& key, const std::string& field) {
     out_ << YAML::Key << key << YAML::Value << field;
+  }
+  void operator()(const std::string& key, const std::string& field,
+                  const std::vector<std::string>&) {
+    (*this)(key, field);
+  }
+  template <class Value>
+  requires requires(Value v) { v.toYaml(); }
+  void operator()(const std::string& key, const Value& field) {
+    out_ << YAML::Key << key << YAML::Value << YAML::Load(field.toYaml());
   }
   void operator()(const std::string& key, const int& field, Range = {}) {
     put(key, std::to_string(field));

@@ -9,6 +9,7 @@
 #include "core/camera.h"
 #include "core/object_model.h"
 #include "core/options.h"
+#include "sim/light_curve.h"
 #include "sim/motion_path.h"
 
 namespace diorama {
@@ -36,20 +37,37 @@ struct SceneObject {
   SE3 pose(double time_s) const { return path ? path->pose(time_s) : T_world_object; }
 };
 
-// What the sensor adds to the light that arrives (scene key `effects`).
+// What the sensor makes of the light that arrives (scene key `effects`), in this order: brightness,
+// blur, vignette, exposure, noise, response, 8 bit, JPEG.
 struct EffectsOptions {
+  LightCurve lighting;     // [[t, gain], ...] or [[t, red, green, blue], ...] of all light
+  bool blur = true;        // integrate over the exposure time
+  double vignette = 0.15;  // loss of light in the corner, fraction
+  // metered: once along the path, so that it looks well; auto: followed over time with a lag; fixed
+  std::string exposure = "metered";
+  // metered and auto: brighter (> 1) or darker; fixed: parts of the full well per unit of radiance
+  double exposure_gain = 1;
+  double auto_exposure_s = 0.5;  // time constant of the lag
   bool noise = true;
-  double full_well_e = 9000;  // electrons at white: shot noise has their square root
-  double read_noise_e = 12;   // electrons, standard deviation
-  bool blur = true;           // integrate over the exposure time
-  double vignette = 0.15;     // loss of light in the corner, fraction
+  double full_well_e = 9000;        // electrons at white: shot noise has their square root
+  double read_noise_e = 12;         // electrons, standard deviation
+  std::string response = "filmic";  // or srgb, gamma, linear
+  double gamma = 2.2;               // of the response `gamma`
+  int jpeg_quality = 0;             // 1 to 100: pictures that were coded as JPEG; 0: not
   template <class V>
   void visit(V& v) {
+    v("lighting", lighting);
+    v("blur", blur);
+    v("vignette", vignette, kFraction);
+    v("exposure", exposure, {"metered", "auto", "fixed"});
+    v("exposure_gain", exposure_gain, Range{1e-6, 1e6});
+    v("auto_exposure_s", auto_exposure_s, Range{1e-3, 1e3});
     v("noise", noise);
     v("full_well_e", full_well_e, kPositive);
     v("read_noise_e", read_noise_e, kNotNegative);
-    v("blur", blur);
-    v("vignette", vignette, kFraction);
+    v("response", response, {"filmic", "srgb", "gamma", "linear"});
+    v("gamma", gamma, Range{0.1, 10});
+    v("jpeg_quality", jpeg_quality, Range{0, 100});
   }
 };
 

@@ -14,7 +14,6 @@ using simd::Float8;
 using simd::Int8;
 
 constexpr int kQuantiles = 4096;
-constexpr double kBrightGrey = 0.16;   // of the full well, for the 80th percentile
 constexpr double kResponseGain = 2.2;  // light at full well on the scale of the curve's fit
 
 // Inverse of the normal distribution's CDF at the middle of each of kQuantiles equal shares.
@@ -47,37 +46,53 @@ double vignette(const Camera& camera, double loss, int x, int y) {
 
 }  // namespace
 
-double ResponseCurve::evaluate(double light) {
-  const double x = std::clamp(light, 0.0, 1.0) * kResponseGain;
-  const double y = std::clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
-  return y <= 0.0031308 ? 12.92 * y : 1.055 * std::pow(y, 1 / 2.4) - 0.055;
+namespace {
+
+double srgbCurve(double light) {
+  return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
 
-ResponseCurve::ResponseCurve() {
-  const double white = evaluate(1);
+}  // namespace
+
+double ResponseCurve::unscaled(double light) const {
+  if (kind_ == "linear") return light;
+  if (kind_ == "gamma") return std::pow(light, 1 / gamma_);
+  if (kind_ == "srgb") return srgbCurve(light);
+  const double x = light * kResponseGain;
+  return srgbCurve(std::clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0));
+}
+
+double ResponseCurve::evaluate(double light) const {
+  return std::min(1.0, unscaled(std::clamp(light, 0.0, 1.0)) / white_);
+}
+
+ResponseCurve::ResponseCurve(const EffectsOptions& effects)
+    : kind_(effects.response), gamma_(effects.gamma) {
+  white_ = unscaled(1);
   for (int i = 0; i <= kLevels; ++i) {
     const double root = static_cast<double>(i) / kLevels;
-    table_.push_back(
-        static_cast<uint8_t>(std::lround(255 * std::min(1.0, evaluate(root * root) / white))));
+    table_.push_back(static_cast<uint8_t>(std::lround(255 * evaluate(root * root))));
   }
 }
 
-Sensor::Sensor(const Camera& camera, const EffectsOptions& effects, double exposure, uint64_t seed)
+Sensor::Sensor(const Camera& camera, const EffectsOptions& effects, uint64_t seed)
     : effects_(effects),
       random_(seed, RandomStream::kSensorNoise),
+      response_(effects),
       width_(camera.width()),
       normal_(normalQuantiles()) {
   for (int y = 0; y < camera.height(); ++y)
     for (int x = 0; x < camera.width(); ++x)
-      gain_.push_back(static_cast<float>(exposure * vignette(camera, effects.vignette, x, y)));
+      vignette_.push_back(static_cast<float>(vignette(camera, effects.vignette, x, y)));
 }
 
-Image<Rgb8> Sensor::expose(const Image<Radiance>& radiance, int frame, WorkerPool& pool) const {
+Image<Rgb8> Sensor::expose(const Image<Radiance>& radiance, const std::vector<Vector3d>& gain,
+                           int frame, WorkerPool& pool) const {
   Image<Rgb8> out(radiance.width, radiance.height);
   constexpr int kRows = 16;
   pool.run((radiance.height + kRows - 1) / kRows, [&](int job) {
     for (int y = job * kRows; y < std::min(radiance.height, (job + 1) * kRows); ++y)
-      exposeRow(radiance, frame, y, out);
+      exposeRow(radiance, gain[std::min(static_cast<size_t>(y), gain.size() - 1)], frame, y, out);
   });
   return out;
 }
@@ -97,17 +112,20 @@ simd::Float8 Sensor::withNoise(Float8 light, int frame, uint64_t draw) const {
 
 // The row is one list of numbers, red, green and blue of each pixel in turn. Eight pixels are three
 // vectors; each vector shares one draw of 128 random bits, 16 for each number.
-void Sensor::exposeRow(const Image<Radiance>& radiance, int frame, int y, Image<Rgb8>& out) const {
+void Sensor::exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, int frame, int y,
+                       Image<Rgb8>& out) const {
+  Float8 channel_gain[3];
+  for (int i = 0; i < 24; ++i) channel_gain[i / 8][i % 8] = static_cast<float>(gain[i % 3]);
   const int groups = (width_ + 7) / 8;
   const float* light = &radiance.row(y)->r;
   uint8_t* pixels = &out.row(y)->r;
-  const float* gain = gain_.data() + static_cast<size_t>(y) * static_cast<size_t>(width_);
+  const float* vignette = vignette_.data() + static_cast<size_t>(y) * static_cast<size_t>(width_);
   for (int g = 0; g < groups; ++g) {
     const auto count = static_cast<size_t>(std::min(8, width_ - 8 * g));
     std::array<float, 24> values{};
     std::array<float, 8> gains{};
     std::memcpy(values.data(), light + 24 * g, 3 * count * sizeof(float));
-    std::memcpy(gains.data(), gain + 8 * g, count * sizeof(float));
+    std::memcpy(gains.data(), vignette + 8 * g, count * sizeof(float));
     const Float8 by_pixel = simd::load(gains.data());
     const Float8 by_value[3] = {__builtin_shuffle(by_pixel, Int8{0, 0, 0, 1, 1, 1, 2, 2}),
                                 __builtin_shuffle(by_pixel, Int8{2, 3, 3, 3, 4, 4, 4, 5}),
@@ -118,23 +136,12 @@ void Sensor::exposeRow(const Image<Radiance>& radiance, int frame, int y, Image<
           (static_cast<uint64_t>(y) * static_cast<uint64_t>(groups) + static_cast<uint64_t>(g)) *
               3 +
           static_cast<uint64_t>(part);
-      const Float8 v = simd::load(values.data() + 8 * part) * by_value[part];
+      const Float8 v = simd::load(values.data() + 8 * part) * by_value[part] * channel_gain[part];
       const Int8 level = levels(effects_.noise ? withNoise(v, frame, draw) : v);
       for (int i = 0; i < 8; ++i) coded[static_cast<size_t>(8 * part + i)] = response_[level[i]];
     }
     std::memcpy(pixels + 24 * g, coded.data(), 3 * count);
   }
-}
-
-double chooseExposure(const std::vector<Image<Radiance>>& pictures) {
-  std::vector<float> light;
-  for (const Image<Radiance>& picture : pictures)
-    for (const Radiance& p : picture.pixels)
-      if (const float l = 0.2126f * p.r + 0.7152f * p.g + 0.0722f * p.b; l > 0) light.push_back(l);
-  if (light.empty()) return 1;
-  const auto rank = light.begin() + static_cast<std::ptrdiff_t>(light.size() * 8 / 10);
-  std::nth_element(light.begin(), rank, light.end());
-  return kBrightGrey / static_cast<double>(*rank);
 }
 
 }  // namespace diorama

@@ -15,41 +15,45 @@
 
 namespace diorama {
 
-// The response of the sensor's 8-bit output to linear light, 1 = full well: a filmic shoulder and
-// toe (the fit of ACES by K. Narkowicz), then the sRGB curve.
+// The response of the sensor's 8-bit output to linear light, 1 = full well. `filmic`: a shoulder
+// and toe (the fit of ACES by K. Narkowicz), then the sRGB curve; `srgb`: that curve alone;
+// `gamma`: a power of light; `linear`.
 class ResponseCurve {
  public:
-  ResponseCurve();
+  explicit ResponseCurve(const EffectsOptions& effects = {});
   static constexpr int kLevels = 4096;
   // Looked up at round(sqrt(light) * kLevels), light in [0, 1].
   uint8_t operator[](int level) const { return table_[static_cast<size_t>(level)]; }
-  static double evaluate(double light);  // in [0, 1]
+  double evaluate(double light) const;  // in [0, 1], of white
 
  private:
+  double unscaled(double light) const;
+  std::string kind_;
+  double gamma_;
+  double white_ = 1;
   std::vector<uint8_t> table_;
 };
 
 class Sensor {
  public:
-  // `exposure` turns radiance into parts of the full well.
-  Sensor(const Camera& camera, const EffectsOptions& effects, double exposure, uint64_t seed);
+  Sensor(const Camera& camera, const EffectsOptions& effects, uint64_t seed);
 
-  // Noise depends on the seed, the frame and the pixel only.
-  Image<Rgb8> expose(const Image<Radiance>& radiance, int frame, WorkerPool& pool) const;
+  // `gain` turns radiance into parts of the full well, red, green and blue: one for all rows, or
+  // one for each. Noise depends on the seed, the frame and the pixel only.
+  Image<Rgb8> expose(const Image<Radiance>& radiance, const std::vector<Vector3d>& gain, int frame,
+                     WorkerPool& pool) const;
 
  private:
   simd::Float8 withNoise(simd::Float8 light, int frame, uint64_t draw) const;
-  void exposeRow(const Image<Radiance>& radiance, int frame, int y, Image<Rgb8>& out) const;
+  void exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, int frame, int y,
+                 Image<Rgb8>& out) const;
 
   EffectsOptions effects_;
   Random random_;
   ResponseCurve response_;
   int width_;
-  std::vector<float> gain_;    // exposure and vignette, per pixel
-  std::vector<float> normal_;  // quantiles of the standard normal distribution
+  std::vector<float> vignette_;  // share of the light that is left, per pixel
+  std::vector<float> normal_;    // quantiles of the standard normal distribution
 };
-
-// The exposure at which the radiance that 80% of the pixels stay below becomes a bright grey.
-double chooseExposure(const std::vector<Image<Radiance>>& pictures);
 
 }  // namespace diorama

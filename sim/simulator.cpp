@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "core/errors.h"
+#include "sim/exposure.h"
+#include "sim/jpeg.h"
 #include "sim/light_baker.h"
 #include "sim/ray_renderer.h"
 #include "sim/sensor.h"
@@ -38,16 +40,20 @@ Camera meteringCamera(CameraParameters camera) {
   return Camera(camera);
 }
 
-// One exposure for the whole sequence, metered along the path.
-double meteredExposure(const Scene& scene, const std::shared_ptr<const RenderScene>& lit) {
-  constexpr int kViews = 8;
+ExposureMotion motionAround(const Scene& scene, double middle_s) {
+  ExposureMotion motion;
+  motion.T_world_camera = [&scene, middle_s](double offset_s) {
+    return scene.path->pose(middle_s + offset_s);
+  };
+  motion.T_world_object = [&scene, middle_s](size_t object, double offset_s) {
+    return scene.objects[object].pose(middle_s + offset_s);
+  };
+  return motion;
+}
+
+ExposureControl makeExposure(const Scene& scene, const std::shared_ptr<const RenderScene>& lit) {
   const RayRenderer meter(lit, meteringCamera(scene.camera), {RenderQuality::kDraft, 1});
-  std::vector<Image<Radiance>> pictures;
-  for (int view = 0; view < kViews; ++view) {
-    const SE3 pose = scene.path->pose(scene.duration_s * (view + 0.5) / kViews);
-    pictures.push_back(meter.render({.T_world_camera = [&](double) { return pose; }}).radiance);
-  }
-  return chooseExposure(pictures);
+  return {scene, [&](double time_s) { return meter.render(motionAround(scene, time_s)).radiance; }};
 }
 
 }  // namespace
@@ -59,14 +65,15 @@ struct Simulator::State {
         options(o),
         pool(options.threads),
         lit(makeLitScene(scene)),
-        exposure(meteredExposure(scene, lit)),
-        sensor(camera, scene.effects, exposure, scene.seed),
+        exposure(makeExposure(scene, lit)),
+        sensor(camera, scene.effects, scene.seed),
         tracer(lit, camera) {
     if (options.truth.edges) edge_tracer.emplace(scene, lit);
   }
 
   RenderedFrame render(const ExposureMotion& motion);
   ExposureMotion motionDuring(int index) const;
+  std::vector<Vector3d> sensorGain(int index) const;
   GroundTruth truthOf(int index, RenderedFrame rendered);
   FlowField flow(int from, int to, const GroundTruth& truth);
 
@@ -75,7 +82,7 @@ struct Simulator::State {
   RenderOptions options;
   WorkerPool pool;
   std::shared_ptr<const RenderScene> lit;
-  double exposure;  // parts of the full well per radiance
+  ExposureControl exposure;
   Sensor sensor;
   TruthTracer tracer;
   std::optional<EdgeTracer> edge_tracer;
@@ -98,7 +105,10 @@ FrameAndTruth Simulator::read(int index) {
   FrameAndTruth result;
   result.frame.index = index;
   result.frame.timestamp_ns = state_->scene.timestampNs(index);
-  result.frame.rgb = state_->sensor.expose(rendered.radiance, index, state_->pool);
+  result.frame.rgb =
+      state_->sensor.expose(rendered.radiance, state_->sensorGain(index), index, state_->pool);
+  if (const int quality = scene().effects.jpeg_quality; quality > 0)
+    result.frame.rgb = throughJpeg(result.frame.rgb, quality);
   result.frame.gray = toGray(result.frame.rgb);
   result.truth = state_->truthOf(index, std::move(rendered));
   return result;
@@ -131,18 +141,24 @@ RenderedFrame Simulator::State::render(const ExposureMotion& motion) {
 }
 
 ExposureMotion Simulator::State::motionDuring(int index) const {
-  const double middle_s = scene.time_s(index);
-  ExposureMotion motion;
+  ExposureMotion motion = motionAround(scene, scene.time_s(index));
   motion.exposure_s = scene.effects.blur ? scene.exposure_s : 0;
   motion.row_time_s = scene.row_time_s;
-  motion.brightest = static_cast<float>(kSaturation / exposure);
-  motion.T_world_camera = [this, middle_s](double offset_s) {
-    return scene.path->pose(middle_s + offset_s);
-  };
-  motion.T_world_object = [this, middle_s](size_t object, double offset_s) {
-    return scene.objects[object].pose(middle_s + offset_s);
-  };
+  double most_gain = 0;
+  for (const Vector3d& gain : sensorGain(index)) most_gain = std::max(most_gain, gain.maxCoeff());
+  if (most_gain > 0) motion.brightest = static_cast<float>(kSaturation / most_gain);
   return motion;
+}
+
+// Exposure and light, in the middle of the frame or of each row.
+std::vector<Vector3d> Simulator::State::sensorGain(int index) const {
+  const double middle_s = scene.time_s(index), exposed = exposure.gainAt(middle_s);
+  const LightCurve& lighting = scene.effects.lighting;
+  if (scene.row_time_s == 0 || lighting.constant()) return {exposed * lighting.at(middle_s)};
+  std::vector<Vector3d> gains;
+  for (int y = 0; y < camera.height(); ++y)
+    gains.push_back(exposed * lighting.at(middle_s + scene.rowOffset_s(y)));
+  return gains;
 }
 
 GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) {
