@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include "app/command_line.h"
+#include "app/frame_stream.h"
 #include "app/output_folder.h"
 #include "app/prefetcher.h"
 #include "app/progress.h"
@@ -28,11 +29,44 @@ struct RenderArguments {
   bool resume = false;
 };
 
+bool isStream(const RenderArguments& arguments) { return arguments.format == "y4m"; }
+
+// tum, bop and euroc, separated by commas, in any order.
+std::vector<SequenceFormat> parseFormats(const std::string& text) {
+  constexpr std::pair<const char*, SequenceFormat> kNames[] = {{"tum", SequenceFormat::kTum},
+                                                               {"bop", SequenceFormat::kBop},
+                                                               {"euroc", SequenceFormat::kEuroc}};
+  std::vector<SequenceFormat> formats;
+  for (std::string_view part : split(text, ',')) {
+    const auto known = std::find_if(std::begin(kNames), std::end(kNames),
+                                    [&](const auto& entry) { return part == entry.first; });
+    if (known == std::end(kNames))
+      throw UsageError("--format " + text + ": possible: tum, bop, euroc (a list), or y4m");
+    formats.push_back(known->second);
+  }
+  return formats;
+}
+
+// What a BOP user must know: its tools project with cam_K alone.
+void warnOfDistortion(const Scene& scene, const std::vector<SequenceFormat>& formats) {
+  const bool bop = std::find(formats.begin(), formats.end(), SequenceFormat::kBop) != formats.end();
+  if (bop && scene.camera.model != CameraModel::kPinhole)
+    std::fprintf(stderr,
+                 "bop: this camera has a %s lens; BOP's tools know cam_K alone "
+                 "(`--set camera.model=pinhole --set camera.distortion=[]` films without)\n",
+                 toString(scene.camera.model).c_str());
+}
+
 void checkSupported(const RenderArguments& arguments) {
   if (arguments.renderer != "ray")
     throw UsageError("--renderer " + arguments.renderer + ": possible: ray");
-  if (arguments.format != "tum")
-    throw UsageError("--format " + arguments.format + ": possible: tum");
+  if (isStream(arguments)) {
+    if (arguments.resume) throw UsageError("--resume: a stream cannot be gone on with");
+  } else {
+    parseFormats(arguments.format);
+    if (arguments.output == "-")
+      throw UsageError("-o -: only --format y4m goes to standard output");
+  }
 }
 
 struct NamedChannel {
@@ -110,12 +144,19 @@ int render(const RenderArguments& arguments) {
   const std::vector<int> frames = framesOf(
       parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames), scene.frameCount());
   const RenderOptions options{parseQuality(arguments.quality), 1, parseTruth(arguments.truth)};
+  if (isStream(arguments)) {
+    Simulator simulator(scene, options);
+    streamY4m(simulator, frames, scene.rate_hz, arguments.output);
+    return kExitDone;
+  }
+  const std::vector<SequenceFormat> formats = parseFormats(arguments.format);
+  warnOfDistortion(scene, formats);
   const OutputRequest request{
       arguments.output, "render.yaml", "manifest.csv", recipe(arguments, scene, frames), true,
       arguments.resume};
   if (prepareOutput(request) != OutputState::kComplete) {
     Simulator simulator(scene, options);
-    SequenceWriter writer(arguments.output, scene, {frames.front(), frames.back() + 1});
+    SequenceWriter writer(arguments.output, scene, {frames.front(), frames.back() + 1, formats});
     renderFrames(simulator, writer, frames);
     writer.finish();
   }
@@ -128,10 +169,13 @@ int render(const RenderArguments& arguments) {
 std::function<int()> setUpRender(CLI::App& app) {
   auto arguments = std::make_shared<RenderArguments>();
   app.add_option("SCENE", arguments->scene, "scene file (YAML)")->required();
-  app.add_option("-o,--output", arguments->output, "sequence folder to write")->required();
+  app.add_option("-o,--output", arguments->output,
+                 "sequence folder to write; y4m: a file, or - for a pipe")
+      ->required();
   app.add_option("--renderer", arguments->renderer, "ray")->capture_default_str();
   app.add_option("--quality", arguments->quality, "draft, standard or high")->capture_default_str();
-  app.add_option("--format", arguments->format, "tum")->capture_default_str();
+  app.add_option("--format", arguments->format, "tum, bop, euroc (a list), or y4m (a video stream)")
+      ->capture_default_str();
   app.add_option("--truth", arguments->truth, "more channels: normal,flow,edges")->delimiter(',');
   app.add_option("--frames", arguments->frames, "A:B, zero-based and half-open");
   app.add_option("--seed", arguments->seed, "replaces the scene's seed");

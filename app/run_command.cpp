@@ -176,8 +176,9 @@ int run(const RunArguments& arguments) {
       arguments.options.empty() ? std::nullopt : std::optional<fs::path>(arguments.options),
       sets.estimators);
   const FrameRange range = parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames);
-  const RunInput input =
-      openInput(arguments.input, range.begin, sets.scene, {parseQuality(arguments.quality), 1});
+  const RunInput input = openInput(
+      arguments.input, range.begin, sets.scene, {parseQuality(arguments.quality), 1},
+      arguments.objects.empty() ? std::nullopt : std::optional<fs::path>(arguments.objects));
   const std::vector<int> frames = framesOf(range, input.source->frameCount(), arguments.every);
   Session session(arguments, input, frames.front(), options);
 
@@ -196,7 +197,9 @@ int run(const RunArguments& arguments) {
 
 std::function<int()> setUpRun(CLI::App& app) {
   auto arguments = std::make_shared<RunArguments>();
-  app.add_option("INPUT", arguments->input, "scene file (YAML) or sequence folder")->required();
+  app.add_option("INPUT", arguments->input,
+                 "scene file (YAML) or sequence folder (ours, BOP or EuRoC)")
+      ->required();
   app.add_option("-o,--output", arguments->output, "run folder to write")->required();
   app.add_option("--method", arguments->method, "vo, ebt or fused")->capture_default_str();
   app.add_option("--initial", arguments->initial, "given: the sequence's initial poses")
@@ -209,6 +212,8 @@ std::function<int()> setUpRun(CLI::App& app) {
   app.add_option("--frames", arguments->frames, "A:B, zero-based and half-open");
   app.add_option("--every", arguments->every, "use every N-th frame only")->capture_default_str();
   app.add_option("--seed", arguments->seed, "replaces the scene's seed");
+  app.add_option("--objects", arguments->objects,
+                 "YAML file with the `objects` of a sequence, in place of its own");
   app.add_option("--options", arguments->options, "YAML file with estimator options");
   app.add_option("--set", arguments->sets,
                  "key.path=value: replaces an option of the scene or of an estimator")

@@ -4,6 +4,8 @@
 #include "core/files.h"
 #include "core/measurements_io.h"
 #include "core/sha256.h"
+#include "sim/bop_reader.h"
+#include "sim/euroc_reader.h"
 #include "sim/mesh_import.h"
 #include "sim/scene.h"
 #include "sim/sequence_reader.h"
@@ -45,26 +47,63 @@ RunInput openScene(const fs::path& file, int first_frame,
   return input;
 }
 
-double meanRate(const SequenceReader& reader) {
+// The mean rate of a reader's frames.
+template <class Reader>
+double meanRate(const Reader& reader) {
   const int n = reader.frameCount();
   if (n < 2) return 30;
   return (n - 1) / (1e-9 * static_cast<double>(reader.timestampNs(n - 1) - reader.timestampNs(0)));
 }
 
-RunInput openSequence(const fs::path& folder) {
-  auto reader = std::make_unique<SequenceReader>(folder);
-  RunInput input;
-  input.name = reader->name();
-  input.rate_hz = meanRate(*reader);
-  input.digest = sha256(readFile(folder / "sequence.yaml"));
-  if (reader->odometryFile())
-    input.simulated_odometry = readMeasurements(*reader->odometryFile()).odometry;
-  for (const SequenceObject& object : reader->objects()) {
+void addObjects(const std::vector<SequenceObject>& objects, RunInput& input) {
+  for (const SequenceObject& object : objects) {
     ObjectModel model{object.name, importMesh(object.model, {object.scale, object.y_up}),
                       object.symmetries};
     input.objects.push_back({std::move(model), object.initial_T_camera_object});
   }
+}
+
+template <class Reader>
+void setSource(std::unique_ptr<Reader> reader, RunInput& input) {
+  input.name = reader->name();
+  input.rate_hz = meanRate(*reader);
   input.source = std::move(reader);
+}
+
+// A sequence in any of the layouts that `render` writes. Objects from a file of their own take the
+// place of the sequence's.
+RunInput openSequence(const fs::path& folder, const std::optional<fs::path>& objects_file) {
+  RunInput input;
+  std::vector<SequenceObject> objects;
+  std::string content;  // of the files that describe the input
+  if (fs::exists(folder / "sequence.yaml")) {
+    auto reader = std::make_unique<SequenceReader>(folder);
+    content = readFile(folder / "sequence.yaml");
+    if (reader->odometryFile())
+      input.simulated_odometry = readMeasurements(*reader->odometryFile()).odometry;
+    objects = reader->objects();
+    setSource(std::move(reader), input);
+  } else if (const auto scene = findBopScene(folder)) {
+    auto reader = std::make_unique<BopReader>(*scene);
+    content = readFile(*scene / "scene_camera.json");
+    objects = reader->objects();
+    setSource(std::move(reader), input);
+  } else if (const auto mav0 = findEuroc(folder)) {
+    content = readFile(*mav0 / "cam0/sensor.yaml") + readFile(*mav0 / "cam0/data.csv");
+    setSource(std::make_unique<EurocReader>(*mav0), input);
+    if (!objects_file)
+      throw InputError(folder, "the EuRoC format has no objects to track",
+                       "give them by --objects FILE.yaml, a list `objects:` as in sequence.yaml");
+  } else {
+    throw MissingInputError(folder / "sequence.yaml",
+                            "expected a sequence folder, a BOP scene or a EuRoC mav0 folder");
+  }
+  if (objects_file) {
+    objects = loadSequenceObjects(*objects_file);
+    content += readFile(*objects_file);
+  }
+  addObjects(objects, input);
+  input.digest = sha256(content);
   return input;
 }
 
@@ -78,15 +117,19 @@ RenderQuality parseQuality(const std::string& name) {
 }
 
 RunInput openInput(const fs::path& path, int first_frame,
-                   const std::vector<YamlOverride>& overrides, const RenderOptions& render) {
+                   const std::vector<YamlOverride>& overrides, const RenderOptions& render,
+                   const std::optional<fs::path>& objects) {
   std::error_code error;
   if (!fs::exists(path, error))
     throw MissingInputError(path, "expected a scene file or a sequence folder");
-  if (!fs::is_directory(path)) return openScene(path, first_frame, overrides, render);
+  if (!fs::is_directory(path)) {
+    if (objects) throw UsageError("--objects: a scene names its own objects");
+    return openScene(path, first_frame, overrides, render);
+  }
   if (!overrides.empty())
     throw UsageError("--set " + overrides.front().text +
                      ": a sequence has no scene options to set");
-  return openSequence(path);
+  return openSequence(path, objects);
 }
 
 }  // namespace diorama

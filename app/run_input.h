@@ -36,10 +36,12 @@ struct RunInput {
   std::optional<std::vector<OdometryMeasurement>> simulated_odometry;
 };
 
-// A scene (a file) or a sequence (a folder with sequence.yaml). `first_frame` is where the run
-// begins. Overrides change the scene; a sequence takes none. Throws InputError, MissingInputError
-// or UsageError.
+// A scene (a file) or a sequence (a folder with sequence.yaml, a BOP scene, or EuRoC's mav0).
+// `first_frame` is where the run begins. Overrides change the scene; a sequence takes none, but its
+// objects may come from a file of their own (loadSequenceObjects). Throws InputError,
+// MissingInputError or UsageError.
 RunInput openInput(const std::filesystem::path& path, int first_frame,
-                   const std::vector<YamlOverride>& overrides, const RenderOptions& render);
+                   const std::vector<YamlOverride>& overrides, const RenderOptions& render,
+                   const std::optional<std::filesystem::path>& objects = {});
 
 }  // namespace diorama

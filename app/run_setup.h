@@ -16,7 +16,7 @@ namespace diorama {
 struct RunArguments {
   std::string input, output, method = "fused", initial = "given", odometry = "simulated",
                              tracker = "edge";
-  std::string quality = "standard", frames, options;
+  std::string quality = "standard", frames, options, objects;
   std::vector<std::string> sets, expects;
   std::optional<uint64_t> seed;
   int every = 1;

@@ -1,6 +1,7 @@
 // What is true about one frame. Estimators never see it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -13,6 +14,23 @@
 
 namespace diorama {
 
+// Pixels from (x0, y0) to (x1, y1), both included; empty as it is made.
+struct PixelBox {
+  int x0 = 0, y0 = 0, x1 = -1, y1 = -1;
+
+  bool empty() const { return x1 < x0; }
+  void add(int x, int y) {
+    *this = empty() ? PixelBox{x, y, x, y}
+                    : PixelBox{std::min(x0, x), std::min(y0, y), std::max(x1, x), std::max(y1, y)};
+  }
+  void add(const PixelBox& other) {
+    if (other.empty()) return;
+    add(other.x0, other.y0);
+    add(other.x1, other.y1);
+  }
+  friend bool operator==(const PixelBox&, const PixelBox&) = default;
+};
+
 struct ObjectTruth {
   std::string name;
   SE3 T_world_object;
@@ -21,7 +39,8 @@ struct ObjectTruth {
   int px_all = -1;
   int px_valid = -1;
   int px_visible = -1;
-  Image<uint8_t> mask;  // amodal silhouette inside the image, 0 or 255; may be empty
+  Image<uint8_t> mask;    // amodal silhouette inside the image, 0 or 255; may be empty
+  PixelBox outside = {};  // of those pixels of the silhouette that lie beyond the image
 
   // Seen over all pixels of the silhouette (BOP's visib_fract); nothing when not known.
   std::optional<double> visibleFraction() const {

@@ -20,7 +20,8 @@ enum class RandomStream : uint32_t {
   kOdometry,
   kTracker,
   kPath,
-  kTest
+  kTest,
+  kImu
 };
 
 class Random {

@@ -12,8 +12,15 @@
 
 namespace diorama {
 
+// What BOP wants to know beyond ObjectTruth.
+struct ObjectPixels {
+  int with_depth = 0;       // pixels of the silhouette for which the depth image has a value
+  PixelBox whole, visible;  // of the whole silhouette, also beyond the image; of what is seen
+};
+
 struct FrameRecord {
   GroundTruth truth;                                       // without images
+  std::vector<ObjectPixels> pixels;                        // one per object of the truth
   std::vector<std::pair<std::string, std::string>> files;  // relative name, SHA-256
 };
 

@@ -85,14 +85,26 @@ Image<Rgb8> copyColor(const cv::Mat& image) {
   return out;
 }
 
+Image<uint8_t> toEightBits(const Image<uint16_t>& image) {
+  Image<uint8_t> out(image.width, image.height);
+  for (size_t i = 0; i < image.pixels.size(); ++i)
+    out.pixels[i] = static_cast<uint8_t>((image.pixels[i] * 255u + 32767u) / 65535u);
+  return out;
+}
+
+cv::Mat decodeFile(const std::filesystem::path& file, const std::string& bytes) {
+  const cv::Mat image = decode(bytes);
+  if (image.empty()) throw InputError(file, "is no image that can be read");
+  return image;
+}
+
 }  // namespace
 
 AnyImage readImage(const std::filesystem::path& file, int width, int height) {
   const std::string bytes = readFile(file);
   if (const std::optional<std::string> what = problem(bytes, width, height))
     throw InputError(file, *what);
-  const cv::Mat image = decode(bytes);
-  if (image.empty()) throw InputError(file, "is no image that can be read");
+  const cv::Mat image = decodeFile(file, bytes);
   if (image.cols != width || image.rows != height)
     throw InputError(file, wrongSize(image.cols, image.rows, width, height));
   const int depth = image.depth(), channels = image.channels();
@@ -101,6 +113,25 @@ AnyImage readImage(const std::filesystem::path& file, int width, int height) {
   if (channels == 1)
     return depth == CV_8U ? AnyImage(copyGray<uint8_t>(image)) : copyGray<uint16_t>(image);
   return depth == CV_8U ? copyColor<uint8_t>(image) : copyColor<uint16_t>(image);
+}
+
+ImageSize imageSize(const std::filesystem::path& file) {
+  const cv::Mat image = decodeFile(file, readFile(file));
+  return {image.cols, image.rows};
+}
+
+Frame readFrame(const std::filesystem::path& file, const Camera& camera) {
+  Frame frame;
+  AnyImage image = readImage(file, camera.width(), camera.height());
+  if (auto* rgb = std::get_if<Image<Rgb8>>(&image)) {
+    frame.rgb = std::move(*rgb);
+    frame.gray = toGray(frame.rgb);
+  } else if (auto* gray = std::get_if<Image<uint8_t>>(&image)) {
+    frame.gray = std::move(*gray);
+  } else {
+    frame.gray = toEightBits(std::get<Image<uint16_t>>(image));
+  }
+  return frame;
 }
 
 }  // namespace diorama

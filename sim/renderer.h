@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/ground_truth.h"
 #include "core/image.h"
 #include "core/se3.h"
 
@@ -56,8 +57,9 @@ struct Radiance {
 struct Silhouette {
   Image<uint8_t> mask;  // inside the image, 0 or 255
   int px_all = 0;
-  int px_valid = 0;    // inside the image
-  int px_visible = 0;  // not hidden by others
+  int px_valid = 0;       // inside the image
+  int px_visible = 0;     // not hidden by others
+  PixelBox outside = {};  // of the pixels that are counted beyond the image
 };
 
 struct RenderedFrame {

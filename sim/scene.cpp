@@ -73,6 +73,7 @@ std::string describeScene(const Scene& scene) {
   options << YAML::BeginMap;
   writeOptions(options, "effects", scene.effects);
   writeOptions(options, "odometry", scene.odometry);
+  writeOptions(options, "imu", scene.imu);
   options << YAML::EndMap;
   return text + options.c_str() + "\n";
 }

@@ -9,6 +9,7 @@
 #include "core/camera.h"
 #include "core/object_model.h"
 #include "core/options.h"
+#include "sim/imu.h"
 #include "sim/light_curve.h"
 #include "sim/motion_path.h"
 
@@ -107,6 +108,7 @@ struct Scene {
   double ambient = 0;                      // radiance of the sky, in all directions
   EffectsOptions effects;
   SimulatedOdometryOptions odometry;
+  ImuOptions imu;
 
   // Frames lie at k / rate_hz, k = 0, 1, ... before duration_s.
   int frameCount() const;

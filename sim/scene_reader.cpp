@@ -69,6 +69,7 @@ class SceneReader {
     readCameraAndTime();
     readOptions(root_, "effects", scene_.effects);
     readOptions(root_, "odometry", scene_.odometry);
+    readOptions(root_, "imu", scene_.imu);
     readEnvironment();
     if (auto lights = root_.find("lights"))
       for (const AreaLight& light : readLights(*lights)) scene_.lights.push_back(light);

@@ -56,7 +56,16 @@ std::vector<ImageEntry> readImageList(const fs::path& file, const fs::path& fold
   return entries;
 }
 
-// The pose at a time: that of the file, else between its neighbours along the geodesic.
+// A file of the sequence that sequence.yaml names, which must be there.
+fs::path namedFile(const YamlValue& value, const fs::path& folder) {
+  const fs::path file = folder / value.asString();
+  if (!isThere(file))
+    throw MissingInputError(value.place(), "there is no file " + file.string(), "");
+  return file;
+}
+
+}  // namespace
+
 std::optional<SE3> poseAt(const Trajectory& trajectory, int64_t time_ns) {
   if (const StampedPose* exact = trajectory.nearest(time_ns, kSameTime_ns)) return exact->pose;
   const auto after = std::upper_bound(
@@ -70,22 +79,35 @@ std::optional<SE3> poseAt(const Trajectory& trajectory, int64_t time_ns) {
   return a.pose * exp(share * log(a.pose.inverse() * after->pose));
 }
 
-Image<uint8_t> toEightBits(const Image<uint16_t>& image) {
-  Image<uint8_t> out(image.width, image.height);
-  for (size_t i = 0; i < image.pixels.size(); ++i)
-    out.pixels[i] = static_cast<uint8_t>((image.pixels[i] * 255u + 32767u) / 65535u);
-  return out;
+std::vector<SequenceObject> readSequenceObjects(const YamlValue& list, const fs::path& folder) {
+  std::vector<SequenceObject> objects;
+  for (const YamlValue& value : list.asList()) {
+    YamlMap map = value.asMap();
+    SequenceObject object;
+    const YamlValue name = map.require("name");
+    object.name = readName(name);
+    for (const SequenceObject& other : objects)
+      if (other.name == object.name) name.fail("`" + object.name + "` stands twice");
+    object.model = namedFile(map.require("model"), folder);
+    if (auto scale = map.find("scale")) object.scale = readNumber(*scale, 1e-9, 1e9);
+    if (auto up = map.find("up")) object.y_up = up->asChoice({"z", "y"}) == 1;
+    if (auto database = map.find("database")) object.database = namedFile(*database, folder);
+    if (auto pose = map.find("initial_T_camera_object"))
+      object.initial_T_camera_object = readPose(*pose);
+    if (auto symmetries = map.find("symmetries")) object.symmetries = readSymmetries(*symmetries);
+    map.finish();
+    objects.push_back(std::move(object));
+  }
+  return objects;
 }
 
-// A file of the sequence that sequence.yaml names, which must be there.
-fs::path namedFile(const YamlValue& value, const fs::path& folder) {
-  const fs::path file = folder / value.asString();
-  if (!isThere(file))
-    throw MissingInputError(value.place(), "there is no file " + file.string(), "");
-  return file;
+std::vector<SequenceObject> loadSequenceObjects(const fs::path& file) {
+  YamlMap root = loadYaml(file);
+  for (const char* other : {"camera", "images", "odometry"}) root.find(other);
+  const YamlValue list = root.require("objects");
+  root.finish();
+  return readSequenceObjects(list, file.parent_path());
 }
-
-}  // namespace
 
 SequenceReader::SequenceReader(const fs::path& sequence, TruthImages truth_images)
     : truth_images_(truth_images) {
@@ -101,29 +123,9 @@ SequenceReader::SequenceReader(const fs::path& sequence, TruthImages truth_image
   if (auto odometry = root.find("odometry")) odometry_file_ = namedFile(*odometry, folder_);
   const std::optional<YamlValue> objects = root.find("objects");
   root.finish();
-  if (objects) readObjects(*objects);
+  if (objects) objects_ = readSequenceObjects(*objects, folder_);
   images_ = readImageList(images, folder_);
   readTruthFiles();
-}
-
-void SequenceReader::readObjects(const YamlValue& list) {
-  for (const YamlValue& value : list.asList()) {
-    YamlMap map = value.asMap();
-    SequenceObject object;
-    const YamlValue name = map.require("name");
-    object.name = readName(name);
-    for (const SequenceObject& other : objects_)
-      if (other.name == object.name) name.fail("`" + object.name + "` stands twice");
-    object.model = namedFile(map.require("model"), folder_);
-    if (auto scale = map.find("scale")) object.scale = readNumber(*scale, 1e-9, 1e9);
-    if (auto up = map.find("up")) object.y_up = up->asChoice({"z", "y"}) == 1;
-    if (auto database = map.find("database")) object.database = namedFile(*database, folder_);
-    if (auto pose = map.find("initial_T_camera_object"))
-      object.initial_T_camera_object = readPose(*pose);
-    if (auto symmetries = map.find("symmetries")) object.symmetries = readSymmetries(*symmetries);
-    map.finish();
-    objects_.push_back(std::move(object));
-  }
 }
 
 void SequenceReader::readTruthFiles() {
@@ -213,17 +215,9 @@ FrameAndTruth SequenceReader::read(int index) {
   DIORAMA_CHECK(0 <= index && index < frameCount());
   const ImageEntry& entry = images_[static_cast<size_t>(index)];
   FrameAndTruth result;
+  result.frame = readFrame(entry.file, camera_);
   result.frame.index = index;
   result.frame.timestamp_ns = entry.timestamp_ns;
-  AnyImage image = readImage(entry.file, camera_.width(), camera_.height());
-  if (auto* rgb = std::get_if<Image<Rgb8>>(&image)) {
-    result.frame.rgb = std::move(*rgb);
-    result.frame.gray = toGray(result.frame.rgb);
-  } else if (auto* gray = std::get_if<Image<uint8_t>>(&image)) {
-    result.frame.gray = std::move(*gray);
-  } else {
-    result.frame.gray = toEightBits(std::get<Image<uint16_t>>(image));
-  }
   result.truth = readTruth(entry);
   return result;
 }

@@ -36,6 +36,16 @@ struct ImageEntry {
   int number = 0;  // of the frame in its scene
 };
 
+// A list of objects as in sequence.yaml; file names are relative to the folder.
+std::vector<SequenceObject> readSequenceObjects(const YamlValue& list,
+                                                const std::filesystem::path& folder);
+// The `objects` of a YAML file: of a sequence.yaml, or of a file with nothing else.
+std::vector<SequenceObject> loadSequenceObjects(const std::filesystem::path& file);
+
+// The pose at a time: that of the file, else between its neighbours along the geodesic when they
+// are not further apart than 0.1 s.
+std::optional<SE3> poseAt(const Trajectory& trajectory, int64_t time_ns);
+
 class SequenceReader : public FrameSource {
  public:
   // `sequence` is the folder, or the sequence.yaml in it. Throws MissingInputError or InputError
@@ -75,7 +85,6 @@ class SequenceReader : public FrameSource {
     int all = -1, valid = -1, visible = -1;
   };
 
-  void readObjects(const YamlValue& list);
   void readTruthFiles();
   void readVisibility(const std::filesystem::path& file);
   std::optional<GroundTruth> readTruth(const ImageEntry& entry) const;

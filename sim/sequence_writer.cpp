@@ -1,5 +1,6 @@
 #include "sim/sequence_writer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <utility>
@@ -7,12 +8,14 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/measurements_io.h"
-#include "core/sha256.h"
 #include "core/text.h"
 #include "core/trajectory.h"
+#include "sim/bop_writer.h"
+#include "sim/euroc_writer.h"
 #include "sim/frame_record.h"
 #include "sim/model_files.h"
 #include "sim/png_encoder.h"
+#include "sim/sequence_files.h"
 #include "sim/sequence_names.h"
 #include "sim/simulated_odometry.h"
 #include "sim/truth_files.h"
@@ -22,15 +25,16 @@ namespace diorama {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kDepthUnitsPerMetre = 5000;  // TUM RGB-D
 constexpr const char* kRecordFolder = "partial";
+
+uint16_t depthUnits(float depth_m) {
+  const double value = std::round(static_cast<double>(depth_m) * kDepthUnitsPerMetre);
+  return value >= 0 && value <= 65535 ? static_cast<uint16_t>(value) : uint16_t{0};
+}
 
 Image<uint16_t> toDepthUnits(const Image<float>& depth_m) {
   Image<uint16_t> units(depth_m.width, depth_m.height);
-  for (size_t i = 0; i < depth_m.pixels.size(); ++i) {
-    const double value = std::round(static_cast<double>(depth_m.pixels[i]) * kDepthUnitsPerMetre);
-    units.pixels[i] = value >= 0 && value <= 65535 ? static_cast<uint16_t>(value) : uint16_t{0};
-  }
+  std::transform(depth_m.pixels.begin(), depth_m.pixels.end(), units.pixels.begin(), depthUnits);
   return units;
 }
 
@@ -38,30 +42,6 @@ Image<uint8_t> maskOf(const Image<uint16_t>& ids, uint16_t id) {
   Image<uint8_t> mask(ids.width, ids.height);
   for (size_t i = 0; i < ids.pixels.size(); ++i) mask.pixels[i] = ids.pixels[i] == id ? 255 : 0;
   return mask;
-}
-
-// Writes files and remembers their hashes.
-class Files {
- public:
-  explicit Files(const fs::path& folder) : folder_(folder) {}
-
-  void write(const std::string& name, const std::string& content) {
-    writeFileAtomically(folder_ / name, content);
-    note(name, sha256(content));
-  }
-  void note(const std::string& name, const std::string& hash) { hashes.emplace_back(name, hash); }
-
-  std::vector<std::pair<std::string, std::string>> hashes;
-
- private:
-  const fs::path& folder_;
-};
-
-std::vector<size_t> trackedObjects(const Scene& scene) {
-  std::vector<size_t> tracked;
-  for (size_t i = 0; i < scene.objects.size(); ++i)
-    if (scene.objects[i].tracked) tracked.push_back(i);
-  return tracked;
 }
 
 // The three header lines of TUM's files.
@@ -75,11 +55,26 @@ SequenceWriter::SequenceWriter(fs::path folder, const Scene& scene,
                                const SequenceWriterOptions& options)
     : folder_(std::move(folder)),
       scene_(scene),
+      formats_(options.formats),
       first_(options.first_frame),
       end_(options.end_frame < 0 ? scene.frameCount() : options.end_frame) {
   DIORAMA_CHECK(0 <= first_ && first_ < end_ && end_ <= scene.frameCount());
-  for (const char* name : {"rgb", "depth", "id", "mask", "mask_visib", "objects", kRecordFolder})
-    createFolder(folder_ / name);
+  createFolder(folder_ / kRecordFolder);
+  const auto create = [&](const char* home, std::initializer_list<const char*> names) {
+    for (const char* name : names) createFolder(folder_ / home / name);
+  };
+  if (writes(SequenceFormat::kTum))
+    create("", {"rgb", "depth", "id", "mask", "mask_visib", "objects"});
+  if (writes(SequenceFormat::kBop)) {
+    create("bop", {"models"});
+    create("bop/test/000000", {"rgb", "depth", "mask", "mask_visib"});
+  }
+  if (writes(SequenceFormat::kEuroc))
+    create("euroc/mav0", {"cam0/data", "imu0", "state_groundtruth_estimate0"});
+}
+
+bool SequenceWriter::writes(SequenceFormat format) const {
+  return std::find(formats_.begin(), formats_.end(), format) != formats_.end();
 }
 
 fs::path SequenceWriter::recordFile(int frame) const {
@@ -100,17 +95,69 @@ bool SequenceWriter::has(int frame) const {
   return true;
 }
 
+namespace {
+
+// What of a frame goes into image files.
+EncodedFrame encode(const Scene& scene, const Frame& frame, const GroundTruth& truth,
+                    bool with_grey) {
+  const std::vector<size_t> tracked = trackedObjects(scene);
+  EncodedFrame encoded;
+  encoded.number = frame.index;
+  encoded.timestamp_ns = frame.timestamp_ns;
+  encoded.picture = frame.rgb.empty() ? encodePng(frame.gray) : encodePng(frame.rgb);
+  if (with_grey) encoded.grey = encodePng(frame.gray);
+  if (!truth.depth_m.empty()) encoded.depth = encodePng(toDepthUnits(truth.depth_m));
+  if (!truth.instance_id.empty()) encoded.ids = encodePng(truth.instance_id);
+  for (size_t n = 0; n < tracked.size(); ++n) {
+    EncodedFrame::Object object;
+    const Image<uint8_t>& mask = truth.objects[n].mask;
+    if (!mask.empty()) object.mask = encodePng(mask, PngContent::kLabels);
+    if (!truth.instance_id.empty())
+      object.mask_visib = encodePng(
+          maskOf(truth.instance_id, static_cast<uint16_t>(tracked[n] + 1)), PngContent::kLabels);
+    encoded.objects.push_back(std::move(object));
+  }
+  return encoded;
+}
+
+void writeTumFrame(const EncodedFrame& frame, SequenceFiles& files) {
+  const auto write = [&](const std::string& name, const std::string& png) {
+    if (!png.empty()) files.write(name, png);
+  };
+  write(frameFile("rgb", frame.number), frame.picture);
+  write(frameFile("depth", frame.number), frame.depth);
+  write(frameFile("id", frame.number), frame.ids);
+  for (size_t n = 0; n < frame.objects.size(); ++n) {
+    write(maskFile("mask", frame.number, n), frame.objects[n].mask);
+    write(maskFile("mask_visib", frame.number, n), frame.objects[n].mask_visib);
+  }
+}
+
+ObjectPixels pixelsOf(const ObjectTruth& object, const GroundTruth& truth, uint16_t id) {
+  ObjectPixels pixels;
+  pixels.whole = object.outside;
+  const int width = truth.instance_id.width, height = truth.instance_id.height;
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      if (truth.instance_id(x, y) == id) pixels.visible.add(x, y);
+      if (object.mask.empty() || !object.mask(x, y)) continue;
+      pixels.whole.add(x, y);
+      pixels.with_depth += !truth.depth_m.empty() && depthUnits(truth.depth_m(x, y)) > 0;
+    }
+  return pixels;
+}
+
+}  // namespace
+
 void SequenceWriter::write(const Frame& frame, const GroundTruth& truth) {
   DIORAMA_CHECK(first_ <= frame.index && frame.index < end_);
   const std::vector<size_t> tracked = trackedObjects(scene_);
   DIORAMA_CHECK(truth.objects.size() == tracked.size());
-  Files files(folder_);
-  files.write(frameFile("rgb", frame.index),
-              frame.rgb.empty() ? encodePng(frame.gray) : encodePng(frame.rgb));
-  if (!truth.depth_m.empty())
-    files.write(frameFile("depth", frame.index), encodePng(toDepthUnits(truth.depth_m)));
-  if (!truth.instance_id.empty())
-    files.write(frameFile("id", frame.index), encodePng(truth.instance_id));
+  SequenceFiles files(folder_);
+  const EncodedFrame encoded = encode(scene_, frame, truth, writes(SequenceFormat::kEuroc));
+  if (writes(SequenceFormat::kTum)) writeTumFrame(encoded, files);
+  if (writes(SequenceFormat::kBop)) writeBopFrame(encoded, files);
+  if (writes(SequenceFormat::kEuroc)) writeEurocFrame(encoded, files);
   const bool flow_leaves = truth.flow && truth.flow->to >= end_;
   for (const NamedFile& file : truthFiles(frame.index, truth, scene_, kRecordFolder)) {
     if (flow_leaves && file.name.starts_with("flow/")) continue;  // that frame is not written
@@ -123,13 +170,7 @@ void SequenceWriter::write(const Frame& frame, const GroundTruth& truth) {
   record.truth.T_world_camera = truth.T_world_camera;
   for (size_t n = 0; n < tracked.size(); ++n) {
     const ObjectTruth& object = truth.objects[n];
-    if (!object.mask.empty())
-      files.write(maskFile("mask", frame.index, n), encodePng(object.mask, PngContent::kLabels));
-    if (!truth.instance_id.empty()) {
-      const uint16_t id = static_cast<uint16_t>(tracked[n] + 1);
-      files.write(maskFile("mask_visib", frame.index, n),
-                  encodePng(maskOf(truth.instance_id, id), PngContent::kLabels));
-    }
+    record.pixels.push_back(pixelsOf(object, truth, static_cast<uint16_t>(tracked[n] + 1)));
     ObjectTruth kept;
     kept.name = scene_.objects[tracked[n]].name;
     kept.T_world_object = object.T_world_object;
@@ -147,7 +188,7 @@ namespace {
 // The text files of a sequence, from the records of its frames.
 class TextFiles {
  public:
-  TextFiles(const Scene& scene, const std::vector<FrameRecord>& records, Files& files)
+  TextFiles(const Scene& scene, const std::vector<FrameRecord>& records, SequenceFiles& files)
       : scene_(scene), records_(records), files_(files), tracked_(trackedObjects(scene)) {}
 
   void write(int first_frame) {
@@ -238,7 +279,7 @@ class TextFiles {
 
   const Scene& scene_;
   const std::vector<FrameRecord>& records_;
-  Files& files_;
+  SequenceFiles& files_;
   std::vector<size_t> tracked_;
 };
 
@@ -254,12 +295,25 @@ std::string odometryRecord(const Scene& scene, int first, int end) {
 
 void SequenceWriter::finish() {
   std::vector<FrameRecord> records;
-  Files files(folder_);
+  SequenceFiles files(folder_);
   for (int k = first_; k < end_; ++k) {
     records.push_back(parseRecord(readFile(recordFile(k)), recordFile(k)));
     for (const auto& [name, hash] : records.back().files)
       if (!name.starts_with(kRecordFolder)) files.note(name, hash);
   }
+  if (writes(SequenceFormat::kTum)) writeTumTexts(records, files);
+  if (writes(SequenceFormat::kBop)) writeBopTexts(scene_, records, first_, files);
+  if (writes(SequenceFormat::kEuroc)) writeEurocTexts(scene_, records, files);
+
+  std::string manifest = "file,sha256\n";
+  for (const auto& [name, hash] : files.hashes) manifest += name + "," + hash + "\n";
+  writeFileAtomically(folder_ / "manifest.csv", manifest);
+  std::error_code error;
+  fs::remove_all(folder_ / kRecordFolder, error);  // a leftover does no harm
+}
+
+void SequenceWriter::writeTumTexts(const std::vector<FrameRecord>& records,
+                                   SequenceFiles& files) const {
   TextFiles text(scene_, records, files);
   text.write(first_);
   files.write("odometry.csv", odometryRecord(scene_, first_, end_));
@@ -276,12 +330,6 @@ void SequenceWriter::finish() {
       files.note(home + "/" + copy.generic_string(), sha256(readFile(folder_ / home / copy)));
   }
   text.writeDescription(models);
-
-  std::string manifest = "file,sha256\n";
-  for (const auto& [name, hash] : files.hashes) manifest += name + "," + hash + "\n";
-  writeFileAtomically(folder_ / "manifest.csv", manifest);
-  std::error_code error;
-  fs::remove_all(folder_ / kRecordFolder, error);  // a leftover does no harm
 }
 
 }  // namespace diorama

@@ -1,5 +1,5 @@
 // Writes a sequence directory: images, truth and the files that describe them, in the TUM RGB-D
-// layout, with everything that a tracker needs to be tested.
+// layout with everything that a tracker needs to be tested, and in those of other benchmarks.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +12,20 @@
 
 namespace diorama {
 
+enum class SequenceFormat {
+  kTum,   // the sequence folder of `run`: TUM RGB-D and more
+  kBop,   // bop/: see sim/bop_writer.h
+  kEuroc  // euroc/: see sim/euroc_writer.h
+};
+
 struct SequenceWriterOptions {
   int first_frame = 0;  // of the scene
   int end_frame = -1;   // half-open; -1: to the end of the scene
+  std::vector<SequenceFormat> formats = {SequenceFormat::kTum};
 };
+
+struct FrameRecord;
+class SequenceFiles;
 
 // Frames may be written in any order. Every file appears complete or not at all. The manifest
 // (file, SHA-256) is written last, by finish(): where it is, the sequence is complete. Until then
@@ -42,9 +52,12 @@ class SequenceWriter {
 
  private:
   std::filesystem::path recordFile(int frame) const;
+  bool writes(SequenceFormat format) const;
+  void writeTumTexts(const std::vector<FrameRecord>& records, SequenceFiles& files) const;
 
   std::filesystem::path folder_;
   const Scene& scene_;
+  std::vector<SequenceFormat> formats_;
   int first_;
   int end_;
 };

@@ -54,7 +54,7 @@ std::vector<Silhouette> SilhouetteTracer::trace(const RowCameras& cameras,
     const RowCameras& own =
         instance.moving < 0 ? cameras : moving[static_cast<size_t>(instance.moving)];
     traceInside(static_cast<int>(id), own, truth, pool, silhouette);
-    silhouette.px_all = silhouette.px_valid + countOutside(instance, own, pool);
+    silhouette.px_all = silhouette.px_valid + countOutside(instance, own, pool, silhouette.outside);
     result.push_back(std::move(silhouette));
   }
   return result;
@@ -101,7 +101,7 @@ void SilhouetteTracer::traceInside(int id, const RowCameras& cameras, const Trut
 }
 
 int SilhouetteTracer::countOutside(const SceneInstance& instance, const RowCameras& cameras,
-                                   WorkerPool& pool) {
+                                   WorkerPool& pool, PixelBox& outside) {
   // An object whose box lies well within the outermost tiles cannot leave the image.
   if (!beyond_) beyond_ = std::make_unique<ExtendedGrid>(camera_);
   const ExtendedGrid& grid = *beyond_;
@@ -109,6 +109,7 @@ int SilhouetteTracer::countOutside(const SceneInstance& instance, const RowCamer
   const int w = camera_.width(), h = camera_.height();
   const std::vector<DirectionBox> boxes = boxesOf(instance, cameras, -h, kCell, grid.rows());
   std::vector<int> counts(static_cast<size_t>(grid.rows()), 0);
+  std::vector<PixelBox> found(counts.size());
   pool.run(grid.rows(), [&](int r) {
     for (int c = 0; c < grid.columns(); ++c) {
       const int x = grid.cellX(c), y = grid.cellY(r);
@@ -126,12 +127,17 @@ int SilhouetteTracer::countOutside(const SceneInstance& instance, const RowCamer
         const Int8 image = (u >= 0) & (u < w) & splat(y + row >= 0 && y + row < h ? -1 : 0);
         const Int8 active = canvas & ~image;
         if (!simd::bits(active)) continue;
-        counts[static_cast<size_t>(r)] += count(simd::bits(
+        const int hit = simd::bits(
             instance.alone->occluded(cameras[y + row].rays(dx, dy), active, splat(0.f),
-                                     splat(std::numeric_limits<float>::infinity()), true)));
+                                     splat(std::numeric_limits<float>::infinity()), true));
+        if (!hit) continue;
+        counts[static_cast<size_t>(r)] += count(hit);
+        for (int lane = 0; lane < 8; ++lane)
+          if (hit >> lane & 1) found[static_cast<size_t>(r)].add(x + lane, y + row);
       }
     }
   });
+  for (const PixelBox& box : found) outside.add(box);
   return std::accumulate(counts.begin(), counts.end(), 0);
 }
 

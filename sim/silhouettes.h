@@ -29,7 +29,8 @@ class SilhouetteTracer {
  private:
   void traceInside(int id, const RowCameras& cameras, const TruthBuffer& truth, WorkerPool& pool,
                    Silhouette& silhouette) const;
-  int countOutside(const SceneInstance& instance, const RowCameras& cameras, WorkerPool& pool);
+  int countOutside(const SceneInstance& instance, const RowCameras& cameras, WorkerPool& pool,
+                   PixelBox& outside);
 
   const RenderScene& scene_;
   const Camera& camera_;

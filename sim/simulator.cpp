@@ -177,8 +177,8 @@ GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) {
     if (!object.tracked) continue;
     Silhouette& silhouette = rendered.silhouettes[next++];
     truth.objects.push_back({object.name, object.pose(scene.time_s(index)), silhouette.px_all,
-                             silhouette.px_valid, silhouette.px_visible,
-                             std::move(silhouette.mask)});
+                             silhouette.px_valid, silhouette.px_visible, std::move(silhouette.mask),
+                             silhouette.outside});
   }
   if (options.truth.normal)
     truth.normal = tracer.normals(FrameGeometry(scene, camera, index), pool);

@@ -27,16 +27,6 @@ Eigen::Matrix4d readMatrix(const YamlValue& value) {
   return Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
 }
 
-SE3 readTransform(const YamlValue& value) {
-  const Eigen::Matrix4d m = readMatrix(value);
-  const Matrix3d R = m.topLeftCorner<3, 3>();
-  const bool rigid = (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-3 &&
-                     R.determinant() > 0 &&
-                     (m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < 1e-9;
-  if (!rigid) value.fail("is no rigid motion", "a rotation, a translation and the row 0 0 0 1");
-  return SE3::fromMatrix(m);
-}
-
 std::string listOf(const std::vector<double>& numbers) {
   std::string text = "[";
   for (size_t i = 0; i < numbers.size(); ++i) text += (i ? ", " : "") + formatNumber(numbers[i]);
@@ -53,6 +43,16 @@ Eigen::Quaterniond readQuaternion(const YamlValue& value) {
   if (!std::isfinite(norm) || norm < 1e-6) value.fail("is no rotation", "its length must not be 0");
   // A unit quaternion keeps its digits.
   return std::abs(norm - 1) < 1e-12 ? rotation : rotation.normalized();
+}
+
+SE3 readRigid(const YamlValue& value) {
+  const Eigen::Matrix4d m = readMatrix(value);
+  const Matrix3d R = m.topLeftCorner<3, 3>();
+  const bool rigid = (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-3 &&
+                     R.determinant() > 0 &&
+                     (m.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).cwiseAbs().maxCoeff() < 1e-9;
+  if (!rigid) value.fail("is no rigid motion", "a rotation, a translation and the row 0 0 0 1");
+  return SE3::fromMatrix(m);
 }
 
 Vector3d readPoint(const YamlValue& value) {
@@ -79,7 +79,7 @@ Symmetries readSymmetries(const YamlValue& value) {
     entries = value.asList();
   for (const YamlValue& entry : entries) {
     if (!entry.isMap()) {
-      const SE3 T = readTransform(entry);
+      const SE3 T = readRigid(entry);
       if (log(T).norm() > 1e-9) symmetries.discrete.push_back(T);
       continue;
     }

@@ -20,6 +20,9 @@ Vector3d readPoint(const YamlValue& value);
 // A list of 4x4 row-major rigid transforms (16 numbers, or 4 rows) or {axis: [x, y, z]}.
 Symmetries readSymmetries(const YamlValue& value);
 
+// One 4x4 row-major rigid transform: 16 numbers, or 4 rows.
+SE3 readRigid(const YamlValue& value);
+
 // model, width, height, fx, fy, cx, cy, distortion of an open mapping.
 CameraParameters readCamera(YamlMap& map);
 

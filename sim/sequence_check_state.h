@@ -1,0 +1,91 @@
+// What the parts of a sequence check share. Only for sim/sequence_check*.cpp.
+#pragma once
+
+#include <future>
+#include <map>
+#include <mutex>
+#include <optional>
+
+#include "core/errors.h"
+#include "core/text.h"
+#include "sim/sequence_check.h"
+#include "sim/sequence_check_depth.h"
+#include "sim/sequence_check_files.h"
+#include "sim/sequence_check_objects.h"
+
+namespace diorama {
+
+inline constexpr int kCompany = 8;  // frames before and after a frame that bear witness
+
+struct LoadedFrame {
+  GroundTruth truth;  // its depth and ids are in the view
+  DepthView view;
+  bool has_ids = false;  // else they are all 0
+  std::vector<Pixel> lonely;
+};
+
+inline std::string atPixel(int x, int y) {
+  return "at pixel (" + std::to_string(x) + ", " + std::to_string(y) + ")";
+}
+
+inline std::string millimetres(double m) { return formatFixed(1e3 * m, 1) + " mm"; }
+
+struct SequenceCheck::State {
+  explicit State(std::filesystem::path f) : folder(std::move(f)) {}
+
+  void open();
+  std::shared_ptr<const LoadedFrame> frame(int k) const;
+  std::shared_ptr<const LoadedFrame> load(int k) const;
+  std::vector<std::shared_ptr<const LoadedFrame>> company(int k) const;
+  std::filesystem::path depthFile(int k) const;
+  std::optional<uint16_t> idOf(size_t object) const;
+  template <class F>
+  void guarded(Check check, CheckResult& result, const F& f) const;
+
+  void checkSumsOf(int part, CheckResult& result) const;
+  void checkImages(int k, CheckResult& result) const;
+  void checkMasks(int k, const LoadedFrame& frame, CheckResult& result) const;
+  Image<uint8_t> visibleMask(int k, size_t object) const;
+  bool checkPose(int k, const LoadedFrame& frame, CheckResult& result) const;
+  void checkObjects(int k, const LoadedFrame& frame, CheckResult& result) const;
+  void nameDifferences(int k, size_t object, const ObjectTruth& truth,
+                       const ObjectDifferences& differences, CheckResult& result) const;
+  void checkDepth(int k, const LoadedFrame& frame, CheckResult& result) const;
+  std::optional<double> misplaced(const LoadedFrame& frame, Pixel pixel,
+                                  const std::vector<std::shared_ptr<const LoadedFrame>>& others,
+                                  std::map<std::pair<size_t, uint16_t>, bool>& resting) const;
+  bool showsItselfAgain(const LoadedFrame& frame, Pixel pixel, double off_m,
+                        const std::vector<std::shared_ptr<const LoadedFrame>>& others) const;
+
+  std::filesystem::path folder;
+  CheckResult opening;  // what was wrong with the text files
+  std::optional<FileSums> manifest;
+  std::optional<SequenceReader> reader;
+  std::map<std::string, uint16_t> instances;
+  std::optional<DepthComparison> depth;
+  std::optional<ObjectComparison> objects;
+  int last_id = 0;
+
+  mutable std::mutex mutex;
+  mutable std::map<int, std::shared_future<std::shared_ptr<const LoadedFrame>>> loaded;
+};
+
+// What is wrong with a file is a finding about it.
+template <class F>
+void SequenceCheck::State::guarded(Check check, CheckResult& result, const F& f) const {
+  try {
+    f();
+  } catch (const Error& error) {
+    std::string what = error.what(), file = "sequence.yaml";
+    const std::string home = (folder / "").string();
+    if (what.starts_with(home)) what.erase(0, home.size());
+    const size_t colon = what.find(':');
+    if (colon != std::string::npos) {
+      file = what.substr(0, colon);
+      what = std::string(trim(std::string_view(what).substr(colon + 1)));
+    }
+    result.add(check, file, what);
+  }
+}
+
+}  // namespace diorama
