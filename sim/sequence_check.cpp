@@ -21,6 +21,18 @@ void CheckResult::append(const CheckResult& other) {
   for (size_t i = 0; i < examined.size(); ++i) examined[i] += other.examined[i];
 }
 
+// `file:line:column: what` becomes a finding about the file.
+void SequenceCheck::State::addError(Check check, std::string line, CheckResult& result) const {
+  const std::string home = (folder / "").string();
+  if (line.starts_with(home)) line.erase(0, home.size());
+  const size_t colon = line.find(':');
+  if (colon == std::string::npos)
+    result.add(check, "sequence.yaml", line);
+  else
+    result.add(check, line.substr(0, colon),
+               std::string(trim(std::string_view(line).substr(colon + 1))));
+}
+
 void SequenceCheck::State::open() {
   if (fs::exists(folder / "manifest.csv"))
     guarded(Check::kFiles, opening, [&] { manifest = readManifest(folder / "manifest.csv"); });
@@ -43,6 +55,7 @@ std::shared_ptr<const LoadedFrame> SequenceCheck::State::load(int k) const {
   std::optional<GroundTruth> truth = reader->readTruth(k);
   if (!truth) return frame;
   frame->view.T_world_camera = truth->T_world_camera;
+  frame->view.row_poses = truth->row_poses;
   frame->view.depth_m = std::move(truth->depth_m);
   frame->view.ids = std::move(truth->instance_id);
   frame->has_ids = !frame->view.ids.empty() && !instances.empty();
@@ -73,8 +86,10 @@ std::shared_ptr<const LoadedFrame> SequenceCheck::State::frame(int k) const {
   if (mine) {
     try {
       promise.set_value(load(k));
-    } catch (const Error&) {
-      promise.set_value(std::make_shared<LoadedFrame>());
+    } catch (const Error& error) {
+      auto broken = std::make_shared<LoadedFrame>();
+      broken->problem = error.what();
+      promise.set_value(std::move(broken));
     }
   }
   return future.get();
@@ -131,7 +146,12 @@ CheckResult SequenceCheck::checkPart(int part) const {
   state_->checkImages(part, result);
   if (result.findings.size() > problems) return result;  // the rest would only say so again
   const std::shared_ptr<const LoadedFrame> frame = state_->frame(part);
+  if (!frame->problem.empty()) {
+    state_->addError(Check::kImages, frame->problem, result);
+    return result;
+  }
   state_->guarded(Check::kMasks, result, [&] { state_->checkMasks(part, *frame, result); });
+  state_->checkRows(part, *frame, result);
   const bool has_depth = !frame->view.depth_m.empty();
   if (has_depth && state_->checkPose(part, *frame, result)) return result;
   state_->checkObjects(part, *frame, result);

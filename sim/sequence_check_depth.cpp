@@ -92,10 +92,7 @@ std::optional<DepthComparison::Plane> DepthComparison::planeNear(const DepthView
 
 SE3 DepthComparison::relativePose(const DepthView& view, int row, const DepthView& other,
                                   int other_row) const {
-  const auto pose = [](const DepthView& v, int y) -> const SE3& {
-    return v.row_poses.empty() ? v.T_world_camera : v.row_poses[static_cast<size_t>(y)];
-  };
-  return pose(other, other_row).inverse() * pose(view, row);
+  return other.cameraOf(other_row).inverse() * view.cameraOf(row);
 }
 
 // Where `other` sees the point at this depth; with a rolling shutter the row that sees it decides

@@ -22,6 +22,10 @@ struct DepthView {
   std::vector<SE3> row_poses;  // T_world_camera of each row; empty: that of the frame
   Image<float> depth_m;        // 0 = none
   Image<uint16_t> ids;         // of instances, same size
+
+  const SE3& cameraOf(int row) const {
+    return row_poses.empty() ? T_world_camera : row_poses[static_cast<size_t>(row)];
+  }
 };
 
 struct Pixel {

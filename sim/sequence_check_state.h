@@ -21,6 +21,7 @@ struct LoadedFrame {
   GroundTruth truth;  // its depth and ids are in the view
   DepthView view;
   bool has_ids = false;  // else they are all 0
+  std::string problem;   // why it cannot be read
   std::vector<Pixel> lonely;
 };
 
@@ -39,6 +40,7 @@ struct SequenceCheck::State {
   std::vector<std::shared_ptr<const LoadedFrame>> company(int k) const;
   std::filesystem::path depthFile(int k) const;
   std::optional<uint16_t> idOf(size_t object) const;
+  void addError(Check check, std::string line, CheckResult& result) const;
   template <class F>
   void guarded(Check check, CheckResult& result, const F& f) const;
 
@@ -46,7 +48,9 @@ struct SequenceCheck::State {
   void checkImages(int k, CheckResult& result) const;
   void checkMasks(int k, const LoadedFrame& frame, CheckResult& result) const;
   Image<uint8_t> visibleMask(int k, size_t object) const;
+  void checkRows(int k, const LoadedFrame& frame, CheckResult& result) const;
   bool checkPose(int k, const LoadedFrame& frame, CheckResult& result) const;
+  bool moves(size_t object) const;
   void checkObjects(int k, const LoadedFrame& frame, CheckResult& result) const;
   void nameDifferences(int k, size_t object, const ObjectTruth& truth,
                        const ObjectDifferences& differences, CheckResult& result) const;
@@ -76,15 +80,7 @@ void SequenceCheck::State::guarded(Check check, CheckResult& result, const F& f)
   try {
     f();
   } catch (const Error& error) {
-    std::string what = error.what(), file = "sequence.yaml";
-    const std::string home = (folder / "").string();
-    if (what.starts_with(home)) what.erase(0, home.size());
-    const size_t colon = what.find(':');
-    if (colon != std::string::npos) {
-      file = what.substr(0, colon);
-      what = std::string(trim(std::string_view(what).substr(colon + 1)));
-    }
-    result.add(check, file, what);
+    addError(check, error.what(), result);
   }
 }
 

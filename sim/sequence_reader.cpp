@@ -135,6 +135,7 @@ void SequenceReader::readTruthFiles() {
     T_world_object_.push_back(isThere(file) ? readTum(file) : Trajectory{});
   }
   if (isThere(folder_ / "visibility.csv")) readVisibility(folder_ / "visibility.csv");
+  if (isThere(folder_ / "row_poses.csv")) row_poses_.emplace(folder_ / "row_poses.csv");
   if (isThere(folder_ / "depth.txt")) depth_ = readImageList(folder_ / "depth.txt", folder_);
 }
 
@@ -166,6 +167,7 @@ std::optional<GroundTruth> SequenceReader::readTruth(const ImageEntry& entry) co
   GroundTruth truth;
   truth.timestamp_ns = entry.timestamp_ns;
   truth.T_world_camera = *T_world_camera;
+  if (row_poses_) truth.row_poses = row_poses_->rowsOf(entry.number, camera_.height());
   for (size_t i = 0; i < objects_.size(); ++i) {
     const std::optional<SE3> pose = poseAt(T_world_object_[i], entry.timestamp_ns);
     if (!pose) continue;

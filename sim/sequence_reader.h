@@ -12,6 +12,7 @@
 #include "core/object_model.h"
 #include "core/trajectory.h"
 #include "core/yaml.h"
+#include "sim/row_pose_table.h"
 
 namespace diorama {
 
@@ -101,6 +102,7 @@ class SequenceReader : public FrameSource {
   std::vector<Trajectory> T_world_object_;                         // one per object, may be empty
   std::map<std::pair<int, std::string>, PixelCounts> visibility_;  // by frame number and object
   std::vector<ImageEntry> depth_;
+  std::optional<RowPoseTable> row_poses_;
 };
 
 }  // namespace diorama

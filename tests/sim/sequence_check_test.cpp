@@ -9,6 +9,7 @@
 #include "core/errors.h"
 #include "core/text.h"
 #include "core/trajectory.h"
+#include "mutator.h"
 #include "sim/image_file.h"
 #include "sim/png_encoder.h"
 #include "sim/sequence_writer.h"
@@ -260,13 +261,37 @@ TEST_F(SequenceCheckTest, VisibilityMustBeThatOfThePixels) {
 
 TEST_F(SequenceCheckTest, WhatCannotBeReadIsAFindingAboutItsFile) {
   rewrite("rgb/000002.png", text("rgb/000002.png").substr(0, 100));
+  rewrite("depth/000003.png", text("depth/000003.png").substr(0, 100));
   rewrite("instances.csv", "id,name\nx,known\n");
   std::vector<CheckFinding> found = findingsWithoutManifest();
   EXPECT_THAT(listed(found), HasSubstr("rgb/000002.png: the image is cut short"));
+  EXPECT_THAT(listed(found), HasSubstr("depth/000003.png: the image is cut short"));
   EXPECT_THAT(listed(found), HasSubstr("instances.csv: 2: the id is no number"));
   rewrite("groundtruth.txt", "0.0 1 2\n");
   found = findingsWithoutManifest();
   EXPECT_THAT(found, Contains(Field(&CheckFinding::file, "groundtruth.txt"))) << listed(found);
+}
+
+// Findings, or an error of one line where nothing can be said; never a crash.
+TEST_F(SequenceCheckTest, MutatedFiles) {
+  const std::vector<std::string> files = {"manifest.csv",      "visibility.csv", "instances.csv",
+                                          "groundtruth.txt",   "depth.txt",      "rgb.txt",
+                                          "objects/known.txt", "sequence.yaml",  "odometry.csv"};
+  int noticed = 0;
+  constexpr uint32_t kTries = 540;
+  for (uint32_t seed = 0; seed < kTries; ++seed) {
+    const std::string& file = files[seed % files.size()];
+    const std::string good = text(file), damaged = testing::Mutator(5000 + seed).mutate(good);
+    rewrite(file, damaged);
+    testing::survives(
+        [&] {
+          const SequenceCheck check(sequence_);
+          noticed += !check.checkWhole().findings.empty();
+        },
+        damaged);
+    rewrite(file, good);
+  }
+  EXPECT_GT(noticed, 100);
 }
 
 TEST_F(SequenceCheckTest, ASequenceWithoutTruthIsNotBlamedForIt) {
