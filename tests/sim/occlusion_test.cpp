@@ -23,7 +23,7 @@ class Occlusion : public testing::SmallScene {
     ::setenv("DIORAMA_CACHE", (folder_ / "cache").c_str(), 1);
     writeFileAtomically(
         folder_ / "scene.yaml",
-        R"(camera: {model: radtan, width: 160, height: 120, fx: 130, fy: 130, cx: 79.5, cy: 59.5, distortion: [-0.1, 0.02, 0, 0], rate_hz: 20}
+        R"(camera: {model: radtan, width: 480, height: 360, fx: 390, fy: 390, cx: 239.5, cy: 179.5, distortion: [-0.1, 0.02, 0, 0], rate_hz: 20}
 duration_s: 5
 path: {type: orbit, center: [0, 0, 0.12], radius_m: 0.7, height_m: 0.2, rate_rad_s: 0.2, shake: {amplitude_m: 0.002, amplitude_rad: 0.004}}
 objects:
