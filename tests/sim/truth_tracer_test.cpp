@@ -168,7 +168,8 @@ TEST(Flow, FollowsWhatMoves) {
   scene.objects = {object("wall", workshop.write("w.obj", square(3)), Vector3d(2, 0, 0)),
                    object("sledge", workshop.write("s.obj", square(0.3)), Vector3d(1, 0.1, 0))};
   scene.objects[1].path =
-      makeSplinePath({{0, {{}, Vector3d(1, 0.1, 0)}}, {0.1, {{}, Vector3d(1, -0.1, 0)}}});
+      makeSplinePath({{0, {Eigen::Quaterniond::Identity(), Vector3d(1, 0.1, 0)}},
+                      {0.1, {Eigen::Quaterniond::Identity(), Vector3d(1, -0.1, 0)}}});
   Simulator simulator(scene, kAll);
   const GroundTruth truth = *simulator.read(0).truth;
   std::map<FlowState, int> wall;
