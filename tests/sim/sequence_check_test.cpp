@@ -254,7 +254,7 @@ TEST_F(SequenceCheckTest, VisibilityMustBeThatOfThePixels) {
   rewrite("visibility.csv", std::string(rows).erase(row, end - row + 1));
   EXPECT_THAT(listed(findingsWithoutManifest()),
               HasSubstr("visibility.csv: has no row for known in frame 4"));
-  rewrite("visibility.csv", std::string(rows).insert(end, "1"));
+  rewrite("visibility.csv", std::string(rows).insert(rows.rfind(',', end) + 1, "1"));
   EXPECT_THAT(listed(findingsWithoutManifest()),
               HasSubstr("the fraction is not that of the counts"));
 }
