@@ -14,14 +14,10 @@ using test::runDiorama;
 using test::runShell;
 using test::shellQuoted;
 
-// The carton in small pictures.
 std::vector<std::string> render(const std::string& output, const std::string& frames,
                                 std::vector<std::string> more = {}) {
   std::vector<std::string> arguments = {
       "render", "scenes/orange_juice.yaml", "-o", output, "--frames", frames, "--quality", "draft"};
-  for (const char* set : {"camera.width=160", "camera.height=120", "camera.fx=130.7",
-                          "camera.fy=130.9", "camera.cx=79.3", "camera.cy=60.4"})
-    arguments.insert(arguments.end(), {"--set", set});
   arguments.insert(arguments.end(), more.begin(), more.end());
   return arguments;
 }
@@ -35,9 +31,9 @@ std::string shellLine(const std::vector<std::string>& arguments) {
 TEST(Sequences, KilledInMidFrameAndResumedTheBytesAreTheSame) {
   const test::TemporaryFolder folder;
   const std::string whole = folder / "whole", killed = folder / "killed", part = folder / "part";
-  ASSERT_EQ(runDiorama(render(whole, "0:60"), folder).code, 0);
+  ASSERT_EQ(runDiorama(render(whole, "0:40"), folder).code, 0);
   const ProgramResult kill =
-      runShell(shellLine(render(killed, "0:60")) +
+      runShell(shellLine(render(killed, "0:40")) +
                    " & pid=$!\n"
                    "while [ \"$(ls " +
                    shellQuoted(killed + "/partial") +
@@ -45,8 +41,8 @@ TEST(Sequences, KilledInMidFrameAndResumedTheBytesAreTheSame) {
                DIORAMA_SOURCE_DIR, folder);
   EXPECT_EQ(kill.code, 137);
   ASSERT_FALSE(fs::exists(killed + "/manifest.csv"));
-  EXPECT_EQ(runDiorama(render(killed, "0:60"), folder).code, kExitOutput);
-  const ProgramResult resumed = runDiorama(render(killed, "0:60", {"--resume"}), folder);
+  EXPECT_EQ(runDiorama(render(killed, "0:40"), folder).code, kExitOutput);
+  const ProgramResult resumed = runDiorama(render(killed, "0:40", {"--resume"}), folder);
   ASSERT_EQ(resumed.code, 0) << resumed.err;
   EXPECT_EQ(readFile(killed + "/manifest.csv"), readFile(whole + "/manifest.csv"));
   EXPECT_FALSE(fs::exists(killed + "/partial"));
@@ -110,8 +106,8 @@ TEST(Sequences, AStreamGoesIntoAPipeAndEndsWithIt) {
   EXPECT_EQ(whole.code, 0) << whole.err;
   const std::string video = readFile(folder / "video.y4m");
   const size_t head = video.find('\n') + 1;
-  EXPECT_EQ(video.substr(0, 31), "YUV4MPEG2 W160 H120 F30:1 Ip A1");
-  EXPECT_EQ(video.size(), head + 3 * (6 + 3 * 160 * 120));
+  EXPECT_EQ(video.substr(0, 31), "YUV4MPEG2 W640 H480 F30:1 Ip A1");
+  EXPECT_EQ(video.size(), head + 3 * (6 + 3 * 640 * 480));
   const std::string endless = shellLine(render("-", "0:300", {"--format", "y4m"}));
   const ProgramResult closed = runShell(
       "( " + endless + "; echo ended $? >&2 ) | head -c 99 >/dev/null", DIORAMA_SOURCE_DIR, folder);
