@@ -7,6 +7,7 @@
 #include "core/sha256.h"
 #include "core/text.h"
 #include "sim/png_encoder.h"
+#include "sim/sequence_names.h"
 
 namespace diorama {
 namespace fs = std::filesystem;
@@ -21,13 +22,8 @@ constexpr std::array kTables = {
     Table{"row_poses.csv", "frame,row,timestamp,tx,ty,tz,qx,qy,qz,qw\n"},
 };
 
-std::string sixDigits(int number) {
-  const std::string digits = std::to_string(number);
-  return std::string(digits.size() < 6 ? 6 - digits.size() : 0, '0') + digits;
-}
-
 std::string partOf(const char* table, int frame, const std::string& parts) {
-  return parts + "/" + sixDigits(frame) + "_" + table;
+  return parts + "/" + sixDigits(static_cast<size_t>(frame)) + "_" + table;
 }
 
 uint8_t toByte(float part) { return static_cast<uint8_t>(std::lround((part + 1) / 2 * 255)); }
@@ -87,10 +83,10 @@ std::vector<NamedFile> truthFiles(int frame, const GroundTruth& truth, const Sce
                                   const std::string& parts) {
   std::vector<NamedFile> files;
   if (!truth.normal.empty())
-    files.push_back({"normal/" + sixDigits(frame) + ".png", encodePng(toPicture(truth.normal))});
+    files.push_back({frameFile("normal", frame), encodePng(toPicture(truth.normal))});
   if (truth.flow) {
-    const std::string name =
-        "flow/" + sixDigits(truth.flow->from) + "_" + sixDigits(truth.flow->to);
+    const std::string name = "flow/" + sixDigits(static_cast<size_t>(truth.flow->from)) + "_" +
+                             sixDigits(static_cast<size_t>(truth.flow->to));
     Image<uint8_t> state(truth.flow->state.width, truth.flow->state.height);
     for (size_t i = 0; i < state.pixels.size(); ++i)
       state.pixels[i] = static_cast<uint8_t>(truth.flow->state.pixels[i]);
