@@ -146,13 +146,6 @@ void checkTimes(const SequenceReader& sequence, CheckResult& result) {
                  (file == "rgb.txt" ? "no other file has the time " : "does not have the time ") +
                      formatSeconds(time));
   }
-  for (const TimedFile& file : files) {
-    const auto odd = std::find_if(file.times_ns.begin(), file.times_ns.end(),
-                                  [&](int64_t t) { return !frames_ns.contains(t); });
-    if (odd != file.times_ns.end() && file.times_ns.size() <= frames_ns.size())
-      result.add(Check::kTimes, file.name,
-                 "has the time " + formatSeconds(*odd) + ", at which there is no frame");
-  }
 }
 
 namespace {
