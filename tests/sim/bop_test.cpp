@@ -232,7 +232,9 @@ TEST_F(Bop, MutatedFiles) {
     accepted += testing::survives(
         [&] {
           const auto truth = BopReader(bop_, TruthImages::kNone).read(0).truth;
-          if (truth) EXPECT_TRUE(truth->T_world_camera.isFinite());
+          if (truth) {
+            EXPECT_TRUE(truth->T_world_camera.isFinite());
+          }
         },
         text);
     writeFileAtomically(files[which], good[which]);
