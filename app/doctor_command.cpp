@@ -24,7 +24,7 @@ std::string checkScenes() {
   for (const fs::directory_entry& entry :
        fs::recursive_directory_iterator(dataFolder() / "scenes")) {
     if (entry.path().extension() != ".yaml") continue;
-    loadScene(entry.path());
+    loadScene(entry.path(), {parseOverride("occlude=[]")});  // solving would take seconds
     ++count;
   }
   if (count == 0)

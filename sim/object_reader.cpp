@@ -35,7 +35,7 @@ class ObjectReader {
     if (auto symmetries = map.find("symmetries")) object.symmetries = readSymmetries(*symmetries);
     constexpr size_t kMaxObjects = 65534;  // 16-bit instance ids
     if (scene_.objects.size() >= kMaxObjects) value.fail("is one object too many");
-    solids_.push_back(solidOf(object));
+    meshes_.push_back(meshOf(object));
     readPlace(map, object);
     map.finish();
     scene_.objects.push_back(std::move(object));
@@ -83,7 +83,7 @@ class ObjectReader {
       at.fail("is not on the surface",
               "x " + formatNumber(surface.x_min) + " to " + formatNumber(surface.x_max) + ", y " +
                   formatNumber(surface.y_min) + " to " + formatNumber(surface.y_max));
-    return surface.z - solids_.back()->minCorner().z();
+    return surface.z - static_cast<double>(meshes_.back()->minCorner().z());
   }
 
   // Where it stops when it is lowered from above.
@@ -91,11 +91,11 @@ class ObjectReader {
     const SceneObject& other = scene_.objects[lower];
     if (other.path) on.fail("`" + other.name + "` moves", "put it on something that rests");
     constexpr double kHigh_m = 10;  // above everything that is not a slip of the pen
-    const Solid& below = *solids_[lower];
+    const Mesh& below = *meshes_[lower];
     T_world_object.translation.z() =
-        other.T_world_object.translation.z() + below.mesh().diameter() + kHigh_m;
+        other.T_world_object.translation.z() + below.diameter() + kHigh_m;
     const std::optional<double> fall_m =
-        freeFall_m({*solids_.back(), T_world_object}, {below, other.T_world_object});
+        freeFall_m({*meshes_.back(), T_world_object}, {below, other.T_world_object});
     if (!fall_m) on.fail("`" + other.name + "` is not below `at`");
     return T_world_object.translation.z() - *fall_m;
   }
@@ -109,7 +109,7 @@ class ObjectReader {
       const int instants = newest.path || other.path ? kInstants : 1;
       for (int k = 0; k < instants; ++k) {
         const double time_s = scene_.duration_s * k / kInstants;
-        if (overlap({*solids_.back(), newest.pose(time_s)}, {*solids_[i], other.pose(time_s)}))
+        if (overlap({*meshes_.back(), newest.pose(time_s)}, {*meshes_[i], other.pose(time_s)}))
           place.fail("stands in another object: `" + newest.name + "` and `" + other.name +
                          "` overlap" + (instants > 1 ? " at " + formatNumber(time_s) + " s" : ""),
                      "move one of them");
@@ -117,18 +117,17 @@ class ObjectReader {
     }
   }
 
-  std::shared_ptr<const Solid> solidOf(const SceneObject& object) {
-    std::shared_ptr<const Solid>& solid = known_[{object.mesh, object.scale, object.y_up}];
-    if (!solid)
-      solid = std::make_shared<Solid>(importMesh(object.mesh, {object.scale, object.y_up}));
-    return solid;
+  std::shared_ptr<const Mesh> meshOf(const SceneObject& object) {
+    std::shared_ptr<const Mesh>& mesh = known_[{object.mesh, object.scale, object.y_up}];
+    if (!mesh) mesh = std::make_shared<Mesh>(importMesh(object.mesh, {object.scale, object.y_up}));
+    return mesh;
   }
 
   const fs::path& folder_;
   const Surfaces& surfaces_;
   Scene& scene_;
-  std::vector<std::shared_ptr<const Solid>> solids_;  // of the objects
-  std::map<std::tuple<fs::path, double, bool>, std::shared_ptr<const Solid>> known_;
+  std::vector<std::shared_ptr<const Mesh>> meshes_;  // of the objects
+  std::map<std::tuple<fs::path, double, bool>, std::shared_ptr<const Mesh>> known_;
 };
 
 }  // namespace

@@ -93,6 +93,17 @@ OccluderTrack solve(const OcclusionRequest& request, const OccluderKind& kind,
 
 }  // namespace
 
+double requestedFraction(const OcclusionRequest& request, double time_s) {
+  const std::vector<VisibleFraction>& knots = request.visible_fraction;
+  if (time_s <= knots.front().time_s) return knots.front().fraction;
+  for (size_t k = 1; k < knots.size(); ++k) {
+    if (time_s > knots[k].time_s) continue;
+    const double share = (time_s - knots[k - 1].time_s) / (knots[k].time_s - knots[k - 1].time_s);
+    return knots[k - 1].fraction + share * (knots[k].fraction - knots[k - 1].fraction);
+  }
+  return knots.back().fraction;
+}
+
 const std::vector<OccluderKind>& occluderKinds() {
   constexpr double kPi = std::numbers::pi;
   constexpr double kArm = 0.35;  // a forearm comes from below the hand

@@ -28,6 +28,8 @@ struct OcclusionRequest {
   std::optional<double> distance_m;               // from the camera; else one that suits
   SourcePlace place;                              // for messages
 };
+// Linear between the times, constant before and after.
+double requestedFraction(const OcclusionRequest& request, double time_s);
 constexpr double kOcclusionTolerance = 0.02;
 constexpr double kApproach_s = 0.8;
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/text.h"
+#include "sim/frustum.h"
 
 namespace diorama {
 namespace {
@@ -22,51 +23,6 @@ constexpr size_t kPackets = 600;  // looked at in a search, of up to some thousa
 struct Bounds {
   double low = 0, high = 0;
 };
-
-std::array<Vector3d, 8> cornersOf(const Mesh& mesh, const SE3& T_world_object) {
-  const Vector3d low = mesh.minCorner().cast<double>(), high = mesh.maxCorner().cast<double>();
-  std::array<Vector3d, 8> corners;
-  for (size_t k = 0; k < 8; ++k)
-    corners[k] = T_world_object * Vector3d((k & 1 ? high : low).x(), (k & 2 ? high : low).y(),
-                                           (k & 4 ? high : low).z());
-  return corners;
-}
-
-// The planes through the camera's centre and the image's sides, as normals that point outwards.
-class Frustum {
- public:
-  explicit Frustum(const Camera& camera) {
-    constexpr double kMargin_px = 8;
-    const double x0 = -kMargin_px, x1 = camera.width() + kMargin_px, y0 = -kMargin_px,
-                 y1 = camera.height() + kMargin_px;
-    std::array<Vector3d, 4> rays;
-    const std::array<Vector2d, 4> pixels = {Vector2d(x0, y0), Vector2d(x1, y0), Vector2d(x1, y1),
-                                            Vector2d(x0, y1)};
-    for (size_t k = 0; k < 4; ++k) rays[k] << extendedDirection(camera, pixels[k]), 1;
-    for (size_t k = 0; k < 4; ++k) normals_[k] = rays[(k + 1) % 4].cross(rays[k]).normalized();
-  }
-
-  bool misses(const SE3& T_world_camera, const std::array<Vector3d, 8>& corners) const {
-    const SE3 T_camera_world = T_world_camera.inverse();
-    return std::any_of(normals_.begin(), normals_.end(), [&](const Vector3d& n) {
-      return std::all_of(corners.begin(), corners.end(),
-                         [&](const Vector3d& p) { return n.dot(T_camera_world * p) > 0; });
-    });
-  }
-
- private:
-  std::array<Vector3d, 4> normals_;
-};
-
-double requestedFraction(const std::vector<VisibleFraction>& knots, double time_s) {
-  if (time_s <= knots.front().time_s) return knots.front().fraction;
-  for (size_t k = 1; k < knots.size(); ++k) {
-    if (time_s > knots[k].time_s) continue;
-    const double share = (time_s - knots[k - 1].time_s) / (knots[k].time_s - knots[k - 1].time_s);
-    return knots[k - 1].fraction + share * (knots[k].fraction - knots[k - 1].fraction);
-  }
-  return knots.back().fraction;
-}
 
 class Solver {
  public:
@@ -159,7 +115,7 @@ void Solver::lookAtFrames() {
     Frame frame;
     frame.index = k;
     frame.active = t >= start_s - kSlack_s && t <= end_s + kSlack_s;
-    frame.requested = requestedFraction(request_.visible_fraction, t);
+    frame.requested = requestedFraction(request_, t);
     frames_.push_back(std::move(frame));
   }
   if (frames_.empty()) {

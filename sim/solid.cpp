@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <span>
+#include <utility>
 
 namespace diorama {
 namespace {
@@ -14,8 +14,9 @@ struct OrientedBox {
   Matrix3d axes;
 };
 
-OrientedBox boxOf(const PlacedSolid& placed) {
-  const Vector3d low = placed.solid.minCorner(), high = placed.solid.maxCorner();
+OrientedBox boxOf(const PlacedMesh& placed) {
+  const Vector3d low = placed.mesh.minCorner().cast<double>(),
+                 high = placed.mesh.maxCorner().cast<double>();
   const Vector3d half = (high - low) / 2 - Vector3d::Constant(Solid::kTouch_m / 2);
   return {placed.T_world_object * Vector3d((low + high) / 2), half.cwiseMax(0),
           placed.T_world_object.rotationMatrix()};
@@ -41,24 +42,28 @@ bool boxesMeet(const OrientedBox& a, const OrientedBox& b) {
 
 }  // namespace
 
-Solid::Solid(Mesh mesh) : mesh_(std::move(mesh)), rays_(std::span(&mesh_, 1)) {
-  std::set<std::pair<int, int>> edges;
+Solid::Solid(const Mesh& mesh)
+    : mesh_(mesh),
+      low_(mesh.minCorner().cast<double>()),
+      high_(mesh.maxCorner().cast<double>()),
+      rays_(std::span(&mesh, 1)) {
+  std::vector<std::pair<int, int>> edges;
   for (const Eigen::Vector3i& t : mesh_.triangles)
-    for (int k = 0; k < 3; ++k)
-      edges.insert({std::min(t[k], t[(k + 1) % 3]), std::max(t[k], t[(k + 1) % 3])});
+    for (int k = 0; k < 3; ++k) edges.push_back(std::minmax({t[k], t[(k + 1) % 3]}));
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
   neighbours_.resize(mesh_.positions.size());
   for (const auto& [a, b] : edges)
     neighbours_[static_cast<size_t>(a)].push_back(static_cast<uint32_t>(b));
 }
 
 Vector3d Solid::innerCorner(size_t index) const {
-  const Vector3d center = (minCorner() + maxCorner()) / 2, half = (maxCorner() - minCorner()) / 2;
+  const Vector3d center = (low_ + high_) / 2, half = (high_ - low_) / 2;
   const Vector3d scale = (1 - kTouch_m / half.array().max(2 * kTouch_m)).matrix();
   return center + scale.cwiseProduct(mesh_.positions[index].cast<double>() - center);
 }
 
 bool Solid::isCutByEdgesOf(const Solid& other, const SE3& T_this_other) const {
-  const Vector3d low = minCorner(), high = maxCorner();
   std::vector<Vector3d> ends;
   std::vector<uint8_t> hit;
   for (size_t i = 0; i < other.neighbours_.size(); ++i) {
@@ -66,8 +71,8 @@ bool Solid::isCutByEdgesOf(const Solid& other, const SE3& T_this_other) const {
     ends.clear();
     for (uint32_t j : other.neighbours_[i]) {
       const Vector3d end = T_this_other * other.innerCorner(j);
-      const bool near = (start.cwiseMin(end).array() <= high.array()).all() &&
-                        (start.cwiseMax(end).array() >= low.array()).all();
+      const bool near = (start.cwiseMin(end).array() <= high_.array()).all() &&
+                        (start.cwiseMax(end).array() >= low_.array()).all();
       if (near) ends.push_back(end);
     }
     if (ends.empty()) continue;
@@ -93,23 +98,25 @@ bool Solid::contains(const Vector3d& point) const {
   return left > 0;
 }
 
-bool overlap(const PlacedSolid& a, const PlacedSolid& b) {
+bool overlap(const PlacedMesh& a, const PlacedMesh& b) {
   if (!boxesMeet(boxOf(a), boxOf(b))) return false;
+  const Solid solid_a(a.mesh), solid_b(b.mesh);
   const SE3 T_a_b = a.T_world_object.inverse() * b.T_world_object;
-  return a.solid.isCutByEdgesOf(b.solid, T_a_b) ||
-         b.solid.isCutByEdgesOf(a.solid, T_a_b.inverse()) ||
-         a.solid.contains(T_a_b * b.solid.innerCorner(0)) ||
-         b.solid.contains(T_a_b.inverse() * a.solid.innerCorner(0));
+  return solid_a.isCutByEdgesOf(solid_b, T_a_b) ||
+         solid_b.isCutByEdgesOf(solid_a, T_a_b.inverse()) ||
+         solid_a.contains(T_a_b * solid_b.innerCorner(0)) ||
+         solid_b.contains(T_a_b.inverse() * solid_a.innerCorner(0));
 }
 
-std::optional<double> freeFall_m(const PlacedSolid& upper, const PlacedSolid& lower) {
+std::optional<double> freeFall_m(const PlacedMesh& upper, const PlacedMesh& lower) {
   double least = std::numeric_limits<double>::infinity();
-  const auto cast = [&](const PlacedSolid& from, const PlacedSolid& to, const Vector3d& direction) {
+  const auto cast = [&](const PlacedMesh& from, const PlacedMesh& to, const Vector3d& direction) {
+    const Solid target(to.mesh);
     const SE3 T_to_from = to.T_world_object.inverse() * from.T_world_object;
     const Vector3d along = to.T_world_object.rotation.conjugate() * direction;
-    for (const Vector3f& corner : from.solid.mesh().positions) {
+    for (const Vector3f& corner : from.mesh.positions) {
       const Vector3d origin = T_to_from * corner.cast<double>();
-      if (const auto hit = to.solid.closestHit(origin, along))
+      if (const auto hit = target.closestHit(origin, along))
         least = std::min(least, (hit->p_object - origin).norm());
     }
   };

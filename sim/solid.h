@@ -9,14 +9,12 @@
 
 namespace diorama {
 
-// A mesh in its own frame, with what is needed to touch it.
+// A mesh in its own frame, kept by reference, with what is needed to touch it.
 class Solid {
  public:
-  explicit Solid(Mesh mesh);
+  explicit Solid(const Mesh& mesh);
 
   const Mesh& mesh() const { return mesh_; }
-  Vector3d minCorner() const { return mesh_.minCorner().cast<double>(); }
-  Vector3d maxCorner() const { return mesh_.maxCorner().cast<double>(); }
 
   // The first surface along the ray; both in this frame.
   std::optional<RayHit> closestHit(const Vector3d& origin, const Vector3d& direction) const {
@@ -34,22 +32,23 @@ class Solid {
   Vector3d innerCorner(size_t index) const;
 
  private:
-  Mesh mesh_;
+  const Mesh& mesh_;
+  Vector3d low_, high_;  // of the mesh
   EmbreeRayQuery rays_;
   std::vector<std::vector<uint32_t>> neighbours_;  // per corner, those with higher numbers
 };
 
-struct PlacedSolid {
-  const Solid& solid;
+struct PlacedMesh {
+  const Mesh& mesh;
   SE3 T_world_object;
 };
 
-// Whether two solids share space, deeper than kTouch_m: their oriented boxes meet, and an edge of
+// Whether two things share space, deeper than kTouch_m: their oriented boxes meet, and an edge of
 // one passes through the other's surface or one is inside the other.
-bool overlap(const PlacedSolid& a, const PlacedSolid& b);
+bool overlap(const PlacedMesh& a, const PlacedMesh& b);
 
 // How far `upper` can sink straight down until a corner of one meets the other's surface; nothing
 // when it passes beside.
-std::optional<double> freeFall_m(const PlacedSolid& upper, const PlacedSolid& lower);
+std::optional<double> freeFall_m(const PlacedMesh& upper, const PlacedMesh& lower);
 
 }  // namespace diorama

@@ -1,7 +1,7 @@
 """All models by name."""
 
 from . import (carton, clutter_books, clutter_boxes, clutter_desk, clutter_drink, clutter_small,
-               detergent_bottle, occluders, pasta_box, room)
+               detergent_bottle, occluders, pasta_box, plain_room, room)
 
 MODELS = {
     "apple": clutter_small.apple, "book_stack": clutter_books.book_stack,
@@ -14,7 +14,8 @@ MODELS = {
     "occluder_hand": occluders.build_hand, "occluder_pole": occluders.build_pole,
     "orange_fruit": clutter_small.orange_fruit,
     "orange_juice_carton": carton.build, "pasta_box": pasta_box.build,
-    "pen_cup": clutter_small.pen_cup, "potted_plant": clutter_small.potted_plant,
+    "pen_cup": clutter_small.pen_cup, "plain_room": plain_room.build,
+    "potted_plant": clutter_small.potted_plant,
     "room_desk": room.build, "ruler_eraser": clutter_small.ruler_eraser,
     "sticky_notes": clutter_books.sticky_notes, "tape_dispenser": clutter_small.tape_dispenser,
     "tea_box": clutter_boxes.tea_box,
