@@ -57,9 +57,14 @@ void warnOfDistortion(const Scene& scene, const std::vector<SequenceFormat>& for
                  toString(scene.camera.model).c_str());
 }
 
+RendererKind parseRenderer(const std::string& name) {
+  if (name == "ray") return RendererKind::kRay;
+  if (name == "raster") return RendererKind::kRaster;
+  throw UsageError("--renderer " + name + ": possible: ray, raster");
+}
+
 void checkSupported(const RenderArguments& arguments) {
-  if (arguments.renderer != "ray")
-    throw UsageError("--renderer " + arguments.renderer + ": possible: ray");
+  parseRenderer(arguments.renderer);
   if (isStream(arguments)) {
     if (arguments.resume) throw UsageError("--resume: a stream cannot be gone on with");
   } else {
@@ -143,7 +148,12 @@ int render(const RenderArguments& arguments) {
   const Scene scene = loadScene(arguments.scene, overrides);
   const std::vector<int> frames = framesOf(
       parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames), scene.frameCount());
-  const RenderOptions options{parseQuality(arguments.quality), 1, parseTruth(arguments.truth)};
+  const RenderOptions options{parseQuality(arguments.quality), 1, parseTruth(arguments.truth),
+                              parseRenderer(arguments.renderer)};
+  if (options.renderer == RendererKind::kRaster && scene.row_time_s > 0)
+    throw InputError(arguments.scene,
+                     "camera.row_time_s: the raster renderer has no rolling shutter",
+                     "use --renderer ray");
   if (isStream(arguments)) {
     Simulator simulator(scene, options);
     streamY4m(simulator, frames, scene.rate_hz, arguments.output);
@@ -172,7 +182,7 @@ std::function<int()> setUpRender(CLI::App& app) {
   app.add_option("-o,--output", arguments->output,
                  "sequence folder to write; y4m: a file, or - for a pipe")
       ->required();
-  app.add_option("--renderer", arguments->renderer, "ray")->capture_default_str();
+  app.add_option("--renderer", arguments->renderer, "ray or raster")->capture_default_str();
   app.add_option("--quality", arguments->quality, "draft, standard or high")->capture_default_str();
   app.add_option("--format", arguments->format, "tum, bop, euroc (a list), or y4m (a video stream)")
       ->capture_default_str();

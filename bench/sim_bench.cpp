@@ -8,8 +8,10 @@ namespace {
 
 constexpr int kFrames = 100;
 
-void BM_RenderFrame(benchmark::State& state, RenderQuality quality) {
-  Simulator simulator(loadScene(DIORAMA_SOURCE_DIR "/scenes/orange_juice.yaml"), {quality});
+void BM_RenderFrame(benchmark::State& state, RenderQuality quality,
+                    RendererKind renderer = RendererKind::kRay) {
+  Simulator simulator(loadScene(DIORAMA_SOURCE_DIR "/scenes/orange_juice.yaml"),
+                      {.quality = quality, .renderer = renderer});
   int frame = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(simulator.read(frame));
@@ -26,6 +28,18 @@ BENCHMARK_CAPTURE(BM_RenderFrame, ray_standard, RenderQuality::kStandard)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_RenderFrame, ray_high, RenderQuality::kHigh)
+    ->Iterations(kFrames)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_RenderFrame, raster_draft, RenderQuality::kDraft, RendererKind::kRaster)
+    ->Iterations(kFrames)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_RenderFrame, raster_standard, RenderQuality::kStandard, RendererKind::kRaster)
+    ->Iterations(kFrames)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_RenderFrame, raster_high, RenderQuality::kHigh, RendererKind::kRaster)
     ->Iterations(kFrames)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);

@@ -33,6 +33,7 @@ class MovingObjects {
   // The camera relative to each object.
   std::span<const RowCameras> cameras() const { return cameras_; }
   LightView lightAround() const { return light_.around(); }  // on what rests
+  LightView lightOf(size_t object) const { return light_.of(object); }
   // The longest way, in pixels, that an object in the tile goes in the image during the exposure.
   double motionInTile(int tile) const;
 

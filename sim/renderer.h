@@ -24,10 +24,13 @@ struct TruthChannels {
   bool edges = false;  // of tracked objects
 };
 
+enum class RendererKind { kRay, kRaster };
+
 struct RenderOptions {
   RenderQuality quality = RenderQuality::kStandard;
   int threads = 0;  // 0: as many as the machine has; the picture does not depend on it
   TruthChannels truth = {};
+  RendererKind renderer = RendererKind::kRay;
 };
 
 // The camera and the moving objects during one exposure. Times are in seconds from the frame's

@@ -10,6 +10,7 @@
 #include "sim/exposure.h"
 #include "sim/jpeg.h"
 #include "sim/light_baker.h"
+#include "sim/raster_renderer.h"
 #include "sim/ray_renderer.h"
 #include "sim/sensor.h"
 #include "sim/truth_tracer.h"
@@ -26,6 +27,13 @@ std::shared_ptr<const RenderScene> makeLitScene(const Scene& scene) {
   WorkerPool pool(0);  // baking takes seconds: all cores
   loadOrBakeLight(*result, LightBakerOptions{}, pool);
   return result;
+}
+
+std::unique_ptr<Renderer> makeRenderer(const std::shared_ptr<const RenderScene>& lit,
+                                       const Camera& camera, const RenderOptions& options) {
+  if (options.renderer == RendererKind::kRaster)
+    return std::make_unique<RasterRenderer>(lit, camera, options);
+  return std::make_unique<RayRenderer>(lit, camera, options);
 }
 
 // The same view with a quarter of the pixels along each side.
@@ -87,7 +95,7 @@ struct Simulator::State {
   TruthTracer tracer;
   std::optional<EdgeTracer> edge_tracer;
   std::mutex mutex;
-  std::vector<std::unique_ptr<RayRenderer>> idle;  // as many as there were callers at once
+  std::vector<std::unique_ptr<Renderer>> idle;  // as many as there were callers at once
 };
 
 Simulator::Simulator(Scene scene, RenderOptions options)
@@ -125,7 +133,7 @@ FlowField Simulator::flow(int from, int to) {
 
 // A renderer serves one caller at a time.
 RenderedFrame Simulator::State::render(const ExposureMotion& motion) {
-  std::unique_ptr<RayRenderer> renderer;
+  std::unique_ptr<Renderer> renderer;
   {
     const std::lock_guard lock(mutex);
     if (!idle.empty()) {
@@ -133,7 +141,7 @@ RenderedFrame Simulator::State::render(const ExposureMotion& motion) {
       idle.pop_back();
     }
   }
-  if (!renderer) renderer = std::make_unique<RayRenderer>(lit, camera, options);
+  if (!renderer) renderer = makeRenderer(lit, camera, options);
   RenderedFrame frame = renderer->render(motion);
   const std::lock_guard lock(mutex);
   idle.push_back(std::move(renderer));
