@@ -17,6 +17,7 @@ namespace {
 constexpr Command kCommands[] = {
     {"render", "film a scene: pictures and exact ground truth as a sequence folder", setUpRender},
     {"run", "track, map and measure on a scene or a sequence", setUpRun},
+    {"train", "learn what an object looks like from its CAD model, to detect it", setUpTrain},
     {"eval", "compare two trajectories (TUM files)", setUpEval},
     {"check", "prove that a sequence is complete and free of contradictions", setUpCheck},
     {"doctor", "check this installation", setUpDoctor},

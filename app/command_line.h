@@ -17,6 +17,7 @@ struct Command {
 
 std::function<int()> setUpRender(CLI::App& app);
 std::function<int()> setUpRun(CLI::App& app);
+std::function<int()> setUpTrain(CLI::App& app);
 std::function<int()> setUpEval(CLI::App& app);
 std::function<int()> setUpCheck(CLI::App& app);
 std::function<int()> setUpDoctor(CLI::App& app);

@@ -8,6 +8,8 @@
 
 #include "core/yaml.h"
 #include "mapper/mapper.h"
+#include "tracker/database_options.h"
+#include "tracker/detector_options.h"
 #include "tracker/tracker_options.h"
 
 namespace diorama {
@@ -15,9 +17,11 @@ namespace diorama {
 struct RunOptions {
   TrackerOptions tracker;
   MapperOptions mapper;
+  DetectorOptions detector;
+  TrainingOptions training;
 };
 
-// Overrides that belong to an estimator (`tracker.`, `mapper.`), and the others (the scene's).
+// Overrides that belong to an estimator (`tracker.`, `mapper.`, `detector.`, `training.`), and the others (the scene's).
 struct SplitOverrides {
   std::vector<YamlOverride> estimators, scene;
 };
@@ -27,7 +31,7 @@ SplitOverrides splitOverrides(const std::vector<std::string>& sets);
 RunOptions readRunOptions(const std::optional<std::filesystem::path>& file,
                           const std::vector<YamlOverride>& overrides);
 
-// `tracker: {...}` and `mapper: {...}` with every value.
+// `tracker: {...}`, `mapper: {...}` and so on, with every value.
 std::string toYaml(const RunOptions& options);
 
 }  // namespace diorama

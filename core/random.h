@@ -21,7 +21,8 @@ enum class RandomStream : uint32_t {
   kTracker,
   kPath,
   kTest,
-  kImu
+  kImu,
+  kDetector
 };
 
 class Random {

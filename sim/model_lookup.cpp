@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/errors.h"
 #include "core/files.h"
 #include "core/text.h"
 
@@ -24,33 +25,38 @@ std::vector<std::string> knownModels(const FileOf& file) {
 
 // A folder under models/ by its name, or a path relative to the scene.
 template <class FileOf>
-fs::path find(const YamlValue& value, const fs::path& scene_folder, const FileOf& file) {
-  const std::string name = value.asString();
+fs::path find(const std::string& name, const SourcePlace& place, const fs::path& folder,
+              const FileOf& file) {
   const bool is_text = !name.empty() && name.size() < 1000 && name.find('\0') == std::string::npos;
-  if (!is_text) value.fail("is no file name");
+  if (!is_text) throw InputError(place, "this is no file name");
   std::error_code error;
   if (name.find('/') == std::string::npos) {
     const fs::path known = dataFolder() / "models" / name / file(name);
     if (fs::is_regular_file(known, error)) return known;
   }
-  const fs::path own = (scene_folder / name).lexically_normal();
+  const fs::path own = (folder / name).lexically_normal();
   if (fs::is_regular_file(own, error)) return own;
   if (fs::is_regular_file(own / file(name), error)) return own / file(name);
   const std::string near = nearestName(name, knownModels(file));
   throw MissingInputError(
-      value.place(),
+      place,
       "there is no model `" + name + "`" + (near.empty() ? "" : "; did you mean `" + near + "`?"),
-      "a folder under models/ or a path relative to the scene");
+      "a folder under models/ or the path of a mesh");
 }
+
+std::string meshOf(const std::string& name) { return name + ".obj"; }
 
 }  // namespace
 
 fs::path findModel(const YamlValue& value, const fs::path& scene_folder) {
-  return find(value, scene_folder, [](const std::string& name) { return name + ".obj"; });
+  return find(value.asString(), value.place(), scene_folder, meshOf);
 }
 
+fs::path findModel(const std::string& name) { return find(name, SourcePlace{name}, "", meshOf); }
+
 fs::path findEnvironment(const YamlValue& value, const fs::path& scene_folder) {
-  return find(value, scene_folder, [](const std::string&) { return "environment.yaml"; });
+  return find(value.asString(), value.place(), scene_folder,
+              [](const std::string&) { return "environment.yaml"; });
 }
 
 }  // namespace diorama

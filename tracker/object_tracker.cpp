@@ -47,10 +47,12 @@ class EdgeTracker::Implementation {
                  int object_index, TrackerOptions options, std::string source_name);
 
   ObjectMeasurement track(const Frame& frame, const std::optional<ObjectPrediction>& start);
+  ObjectMeasurement examine(const Frame& frame, const ObjectPrediction& start);
 
  private:
   enum class State { kWaiting, kStarting, kTracking, kDoubtful, kLost };
 
+  std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
   Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
@@ -109,12 +111,18 @@ EdgeTracker::Implementation::Implementation(ObjectModel object, Camera camera,
                      "give a mesh with faces of non-zero area");
 }
 
+std::string EdgeTracker::Implementation::problemOf(
+    const Frame& frame, const std::optional<ObjectPrediction>& start) const {
+  if (frame.gray.width != camera_.width() || frame.gray.height != camera_.height())
+    return "the image has another size than the camera";
+  if (start && !start->T_camera_object.isFinite()) return "the start is not finite";
+  return "";
+}
+
 ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
                                                      const std::optional<ObjectPrediction>& start) {
-  if (frame.gray.width != camera_.width() || frame.gray.height != camera_.height())
-    return notClaimed(frame, "the image has another size than the camera");
-  if (start && !start->T_camera_object.isFinite())
-    return notClaimed(frame, "the start is not finite");
+  if (const std::string problem = problemOf(frame, start); !problem.empty())
+    return notClaimed(frame, problem);
   if (start) {
     // The object may be elsewhere now: what it looked like still holds, how it moved does not.
     velocity_.reset();
@@ -143,6 +151,15 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     return lose(frame, estimate.health);
   accept(estimate, frame.timestamp_ns, good);
   return report(frame, estimate, good);
+}
+
+ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
+                                                       const ObjectPrediction& start) {
+  if (const std::string problem = problemOf(frame, start); !problem.empty())
+    return notClaimed(frame, problem);
+  image_.build(frame.gray);
+  const Estimate estimate = refineStart(toModel(start.T_camera_object));
+  return report(frame, estimate, estimate.health.value >= options_.start_health);
 }
 
 // Holds the last good pose, the reference and the contrast: the object may reappear.
@@ -379,6 +396,10 @@ EdgeTracker::EdgeTracker(ObjectModel model, Camera camera, std::shared_ptr<const
                                                        options, std::move(source_name))) {}
 
 EdgeTracker::~EdgeTracker() = default;
+
+ObjectMeasurement EdgeTracker::examine(const Frame& frame, const ObjectPrediction& start) {
+  return implementation_->examine(frame, start);
+}
 
 ObjectMeasurement EdgeTracker::track(const Frame& frame,
                                      const std::optional<ObjectPrediction>& start) {

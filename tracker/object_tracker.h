@@ -30,6 +30,9 @@ class EdgeTracker : public ObjectTracker {
   ObjectMeasurement track(const Frame& frame,
                           const std::optional<ObjectPrediction>& start) override;
 
+  // What track() would say about this start, but nothing of it is kept.
+  ObjectMeasurement examine(const Frame& frame, const ObjectPrediction& start);
+
  private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;

@@ -1,0 +1,33 @@
+// The pose of a camera from matches between places of an object and pixels, many of them wrong.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/random.h"
+#include "core/se3.h"
+#include "tracker/detector_options.h"
+
+namespace diorama {
+
+struct PointMatch {
+  Vector3d p_object;        // m
+  Vector3d view_direction;  // unit, object frame: from where the place was seen in the training
+  Vector2d u_px;
+};
+
+struct RansacPose {
+  SE3 T_camera_object;
+  std::vector<int> inliers;  // ascending
+};
+
+// RANSAC over minimal samples of P3P (Ke and Roumeliotis, CVPR 2017) or EPnP (Lepetit, Moreno-Noguer
+// and Fua, IJCV 2009), then robust Gauss-Newton over all inliers. Of the inliers that share a pixel
+// or a place one counts. Nothing with fewer than min_inliers, or when they lie within min_spread *
+// diameter. The same input gives the same pose.
+std::optional<RansacPose> findPose(const std::vector<PointMatch>& matches, const Camera& camera,
+                                   double diameter, const DetectorOptions& options,
+                                   const Random& random, uint32_t frame);
+
+}  // namespace diorama
