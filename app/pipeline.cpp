@@ -5,16 +5,24 @@
 namespace diorama {
 
 Pipeline::Pipeline(Method method, std::vector<PipelineObject> objects,
-                   std::unique_ptr<Odometry> odometry, const MapperOptions& mapper_options)
-    : method_(method), odometry_(std::move(odometry)), mapper_(mapper_options) {
-  for (PipelineObject& object : objects) objects_.push_back({std::move(object)});
+                   std::unique_ptr<Odometry> odometry, const MapperOptions& mapper_options,
+                   std::unique_ptr<ObjectDetector> detector, const PipelineOptions& options)
+    : method_(method),
+      odometry_(std::move(odometry)),
+      mapper_(mapper_options),
+      detector_(std::move(detector)),
+      options_(options) {
+  for (PipelineObject& object : objects) {
+    DIORAMA_CHECK(detector_ || object.initial_T_camera_object);
+    objects_.push_back({std::move(object)});
+  }
 }
 
 FrameResult Pipeline::process(const Frame& frame) {
   FrameResult result;
   now_ns_ = frame.timestamp_ns;
   if (method_ != Method::kEbt) moveCamera(frame, result);
-  if (method_ != Method::kVo) measureObjects(frame, result);
+  measureObjects(frame, result);
   if (method_ == Method::kFused) updateMap(result);
   reportObjects(result);
   started_ = true;
@@ -41,22 +49,66 @@ void Pipeline::moveCamera(const Frame& frame, FrameResult& result) {
   DIORAMA_CHECK(mapper_.addGap(now_ns_));
 }
 
+// In fused, the graph's idea of an object that the tracker does not hold.
+std::optional<ObjectPrediction> Pipeline::predict(const Object& object) const {
+  if (method_ != Method::kFused || !object.begun || object.claimed) return std::nullopt;
+  return mapper_.predict(object.parts.name);
+}
+
+// Whether an object without a prediction, or with one that has led to nothing for long, is to be
+// looked for in this frame.
+bool Pipeline::isWanted(const Object& object) const {
+  if (!detector_ || object.claimed) return false;
+  if (method_ == Method::kVo && object.begun) return false;  // placed once
+  const bool due = object.unclaimed_frames % options_.search_every_frames == 0;
+  return due && (object.unclaimed_frames >= options_.redetect_after_frames || !predict(object));
+}
+
 // The initial pose in the first frame; in fused, the graph's prediction after a frame in which the
-// tracker did not hold the object; otherwise the tracker goes on by itself.
-std::optional<ObjectPrediction> Pipeline::startOf(const Object& object, FrameResult& result) const {
-  if (!started_) return ObjectPrediction{object.parts.initial_T_camera_object};
-  if (method_ != Method::kFused || object.claimed) return std::nullopt;
-  std::optional<ObjectPrediction> prediction = mapper_.predict(object.parts.name);
-  if (prediction)
-    result.events.push_back(
-        {now_ns_, object.parts.name, "reset", 0, "restarted from the graph's prediction"});
-  return prediction;
+// tracker did not hold the object; what the detector finds of those that are wanted; otherwise
+// nothing: the tracker goes on by itself.
+Pipeline::Starts Pipeline::findStarts(const Frame& frame, FrameResult& result) {
+  Starts starts(objects_.size());
+  std::vector<int> wanted;
+  for (size_t i = 0; i < objects_.size(); ++i) {
+    const Object& object = objects_[i];
+    if (!started_ && object.parts.initial_T_camera_object) {
+      starts[i] = ObjectPrediction{*object.parts.initial_T_camera_object};
+      continue;
+    }
+    if (isWanted(object)) wanted.push_back(static_cast<int>(i));
+    if ((starts[i] = predict(object)))
+      result.events.push_back(
+          {now_ns_, object.parts.name, "reset", 0, "restarted from the graph's prediction"});
+  }
+  if (!wanted.empty()) detect(frame, wanted, starts, result);
+  return starts;
+}
+
+void Pipeline::detect(const Frame& frame, const std::vector<int>& wanted, Starts& starts,
+                      FrameResult& result) {
+  const auto detections = detector_->detect(frame, wanted);
+  for (size_t k = 0; k < wanted.size(); ++k) {
+    if (!detections[k]) continue;
+    const size_t i = static_cast<size_t>(wanted[k]);
+    starts[i] = ObjectPrediction{detections[k]->T_camera_object};
+    result.events.push_back({now_ns_, objects_[i].parts.name, "detected", detections[k]->health,
+                             std::to_string(detections[k]->inliers) + " features agree"});
+  }
 }
 
 void Pipeline::measureObjects(const Frame& frame, FrameResult& result) {
   const Stopwatch watch;
-  for (Object& object : objects_) {
-    ObjectMeasurement measurement = object.parts.tracker->track(frame, startOf(object, result));
+  const Starts starts = findStarts(frame, result);
+  for (size_t i = 0; i < objects_.size(); ++i) {
+    Object& object = objects_[i];
+    if (starts[i]) {
+      object.begun = true;
+      object.T_world_object = T_world_camera_ * starts[i]->T_camera_object;
+    }
+    object.unclaimed_frames = object.claimed ? 0 : object.unclaimed_frames + 1;
+    if (method_ == Method::kVo) continue;
+    ObjectMeasurement measurement = object.parts.tracker->track(frame, starts[i]);
     noteChange(object, measurement, result);
     object.claimed = measurement.claimed;
     result.objects.push_back({std::move(measurement), std::nullopt});
@@ -72,8 +124,8 @@ void Pipeline::noteChange(Object& object, const ObjectMeasurement& measurement,
   };
   if (!started_) note("started");
   if (measurement.claimed && !object.claimed) note(object.was_lost ? "reinitialised" : "tracked");
-  if (!measurement.claimed && (object.claimed || !started_)) note("lost");
-  object.was_lost = object.was_lost || !measurement.claimed;
+  if (!measurement.claimed && (object.claimed || (!started_ && object.begun))) note("lost");
+  object.was_lost = object.was_lost || (object.begun && !measurement.claimed);
 }
 
 void Pipeline::updateMap(FrameResult& result) {
@@ -96,8 +148,8 @@ void Pipeline::reportObjects(FrameResult& result) const {
     const PipelineObject& parts = objects_[i].parts;
     if (method_ == Method::kEbt && object.measurement->claimed)
       object.T_camera_object = object.measurement->T_camera_object;
-    if (method_ == Method::kVo)  // placed once, in the first frame, and carried by odometry
-      object.T_camera_object = T_world_camera_.inverse() * parts.initial_T_camera_object;
+    if (method_ == Method::kVo && objects_[i].T_world_object)  // placed once, carried by odometry
+      object.T_camera_object = T_world_camera_.inverse() * *objects_[i].T_world_object;
     if (method_ != Method::kFused) continue;
     for (const ObjectEstimate& estimate : map.objects)
       if (estimate.name == parts.name)
@@ -110,7 +162,8 @@ Pipeline::Final Pipeline::finish() {
     Final final{camera_, {now_ns_, T_world_camera_, {}}};
     if (method_ == Method::kVo)
       for (const Object& object : objects_)
-        final.map.objects.push_back({object.parts.name, object.parts.initial_T_camera_object});
+        if (object.T_world_object)
+          final.map.objects.push_back({object.parts.name, *object.T_world_object});
     return final;
   }
   MapEstimate map = mapper_.finish();

@@ -10,8 +10,10 @@
 
 #include "core/errors.h"
 #include "core/frame.h"
+#include "core/object_detector.h"
 #include "core/object_tracker.h"
 #include "core/odometry.h"
+#include "core/options.h"
 #include "core/trajectory.h"
 #include "mapper/mapper.h"
 
@@ -46,14 +48,29 @@ struct FrameResult {
 struct PipelineObject {
   std::string name;
   std::unique_ptr<ObjectTracker> tracker;  // not needed in vo
-  SE3 initial_T_camera_object;             // in the first processed frame
+  // In the first processed frame; without it the detector must find the object.
+  std::optional<SE3> initial_T_camera_object;
+};
+
+struct PipelineOptions {
+  // With the graph's prediction a tracker is restarted from that; an object that was not held for
+  // so many frames is looked for anew (Singhal et al. 2016: 500).
+  int redetect_after_frames = 500;
+  int search_every_frames = 1;  // while an object is looked for
+  template <class V>
+  void visit(V& v) {
+    v("redetect_after_frames", redetect_after_frames, Range{0, 1000000000});
+    v("search_every_frames", search_every_frames, Range{1, 1000000});
+  }
 };
 
 class Pipeline {
  public:
-  // `odometry` is not needed in ebt.
+  // `odometry` is not needed in ebt; the detector, whose objects are numbered as these, only where
+  // one has no initial pose. With a detector lost objects are looked for, too.
   Pipeline(Method method, std::vector<PipelineObject> objects, std::unique_ptr<Odometry> odometry,
-           const MapperOptions& mapper_options);
+           const MapperOptions& mapper_options, std::unique_ptr<ObjectDetector> detector = nullptr,
+           const PipelineOptions& options = {});
 
   // Frames in the order of their time stamps.
   FrameResult process(const Frame& frame);
@@ -68,21 +85,31 @@ class Pipeline {
  private:
   struct Object {
     PipelineObject parts;
-    bool claimed = false;   // in the last frame
-    bool was_lost = false;  // at any time
+    bool begun = false;                 // it was given a start
+    bool claimed = false;               // in the last frame
+    bool was_lost = false;              // at any time since it begun
+    int unclaimed_frames = 0;           // in a row
+    std::optional<SE3> T_world_object = {};  // where it was placed by its start; vo
   };
+  using Starts = std::vector<std::optional<ObjectPrediction>>;  // one per object
 
   void moveCamera(const Frame& frame, FrameResult& result);
   void measureObjects(const Frame& frame, FrameResult& result);
   void updateMap(FrameResult& result);
   void reportObjects(FrameResult& result) const;
-  std::optional<ObjectPrediction> startOf(const Object& object, FrameResult& result) const;
+  Starts findStarts(const Frame& frame, FrameResult& result);
+  std::optional<ObjectPrediction> predict(const Object& object) const;
+  bool isWanted(const Object& object) const;
+  void detect(const Frame& frame, const std::vector<int>& wanted, Starts& starts,
+              FrameResult& result);
   void noteChange(Object& object, const ObjectMeasurement& measurement, FrameResult& result) const;
 
   Method method_;
   std::vector<Object> objects_;
   std::unique_ptr<Odometry> odometry_;
   Mapper mapper_;
+  std::unique_ptr<ObjectDetector> detector_;
+  PipelineOptions options_;
   SE3 T_world_camera_;  // by odometry alone
   Trajectory camera_;
   bool started_ = false;

@@ -96,7 +96,8 @@ struct Session {
         models(modelsOf(input)),
         rays(std::make_shared<const EmbreeRayQuery>(meshesOf(models))),
         pipeline(method, makeObjects(arguments, input, first_frame, options, rays),
-                 method == Method::kEbt ? nullptr : makeOdometry(arguments, input), options.mapper),
+                 method == Method::kEbt ? nullptr : makeOdometry(arguments, input), options.mapper,
+                 makeDetector(arguments, input, options, rays), options.pipeline),
         recorder(method, models),
         painter(input.source->camera(), models, rays) {}
 
@@ -202,7 +203,7 @@ std::function<int()> setUpRun(CLI::App& app) {
       ->required();
   app.add_option("-o,--output", arguments->output, "run folder to write")->required();
   app.add_option("--method", arguments->method, "vo, ebt or fused")->capture_default_str();
-  app.add_option("--initial", arguments->initial, "given: the sequence's initial poses")
+  app.add_option("--initial", arguments->initial, "given: the sequence's initial poses; detect: found in the images")
       ->capture_default_str();
   app.add_option("--odometry", arguments->odometry, "simulated or replay:FILE")
       ->capture_default_str();

@@ -36,6 +36,7 @@ RunInput openScene(const fs::path& file, int first_frame,
   for (const SceneObject& object : scene.objects) {
     if (!object.tracked) continue;
     KnownObject known;
+    known.file = {object.mesh, object.scale, object.y_up};
     known.model = {object.name, importMesh(object.mesh, {object.scale, object.y_up}),
                    object.symmetries};
     if (first_frame < scene.frameCount())
@@ -59,7 +60,10 @@ void addObjects(const std::vector<SequenceObject>& objects, RunInput& input) {
   for (const SequenceObject& object : objects) {
     ObjectModel model{object.name, importMesh(object.model, {object.scale, object.y_up}),
                       object.symmetries};
-    input.objects.push_back({std::move(model), object.initial_T_camera_object});
+    input.objects.push_back({std::move(model),
+                             {object.model, object.scale, object.y_up},
+                             object.database,
+                             object.initial_T_camera_object});
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/object_training.h"
 #include "core/frame_source.h"
 #include "core/measurements.h"
 #include "core/object_model.h"
@@ -21,6 +22,8 @@ RenderQuality parseQuality(const std::string& name);
 
 struct KnownObject {
   ObjectModel model;
+  ModelFile file;                                 // that it was imported from
+  std::optional<std::filesystem::path> database;  // for its detection, as the sequence names it
   std::optional<SE3> initial_T_camera_object;  // in frame `initial_frame` of the input
 };
 

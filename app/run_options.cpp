@@ -1,14 +1,20 @@
 #include "app/run_options.h"
 
+#include <algorithm>
+
 namespace diorama {
+namespace {
+
+constexpr const char* kSections[] = {"tracker", "mapper", "detector", "training", "pipeline"};
+
+}  // namespace
 
 SplitOverrides splitOverrides(const std::vector<std::string>& sets) {
   SplitOverrides out;
   for (const std::string& set : sets) {
     YamlOverride change = parseOverride(set);
-    const std::string& head = change.path.front();
-    const bool estimator =
-        head == "tracker" || head == "mapper" || head == "detector" || head == "training";
+    const bool estimator = std::find(std::begin(kSections), std::end(kSections),
+                                     change.path.front()) != std::end(kSections);
     (estimator ? out.estimators : out.scene).push_back(std::move(change));
   }
   return out;
@@ -22,6 +28,7 @@ RunOptions readRunOptions(const std::optional<std::filesystem::path>& file,
   readOptions(map, "mapper", options.mapper);
   readOptions(map, "detector", options.detector);
   readOptions(map, "training", options.training);
+  readOptions(map, "pipeline", options.pipeline);
   map.finish();
   if (const auto problem = options.mapper.problem()) map.require("mapper").fail(*problem);
   return options;
@@ -34,6 +41,7 @@ std::string toYaml(const RunOptions& options) {
   writeOptions(out, "mapper", options.mapper);
   writeOptions(out, "detector", options.detector);
   writeOptions(out, "training", options.training);
+  writeOptions(out, "pipeline", options.pipeline);
   out << YAML::EndMap;
   return std::string(out.c_str()) + "\n";
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/pipeline.h"
 #include "core/yaml.h"
 #include "mapper/mapper.h"
 #include "tracker/database_options.h"
@@ -19,9 +20,10 @@ struct RunOptions {
   MapperOptions mapper;
   DetectorOptions detector;
   TrainingOptions training;
+  PipelineOptions pipeline;
 };
 
-// Overrides that belong to an estimator (`tracker.`, `mapper.`, `detector.`, `training.`), and the others (the scene's).
+// Overrides that belong to an estimator (`tracker.`, `mapper.`, `detector.`, ...), and the others (the scene's).
 struct SplitOverrides {
   std::vector<YamlOverride> estimators, scene;
 };

@@ -3,6 +3,7 @@
 #include "app/replay_odometry.h"
 #include "core/errors.h"
 #include "core/measurements_io.h"
+#include "tracker/database_detector.h"
 #include "tracker/object_tracker.h"
 
 namespace diorama {
@@ -17,8 +18,8 @@ Method parseMethod(const std::string& name) {
 
 void checkSupported(const RunArguments& arguments) {
   parseMethod(arguments.method);
-  if (arguments.initial != "given")
-    throw UsageError("--initial " + arguments.initial + ": possible: given");
+  if (arguments.initial != "given" && arguments.initial != "detect")
+    throw UsageError("--initial " + arguments.initial + ": possible: given, detect");
   if (arguments.tracker != "edge")
     throw UsageError("--tracker " + arguments.tracker + ": possible: edge");
   if (arguments.every < 1) throw UsageError("--every must be at least 1");
@@ -39,20 +40,32 @@ std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunI
   return std::make_unique<ReplayOdometry>(*input.simulated_odometry, "simulated");
 }
 
+namespace {
+
+SE3 givenPose(const RunArguments& arguments, const RunInput& input, const KnownObject& known,
+              int first_frame) {
+  if (!known.initial_T_camera_object)
+    throw InputError(fs::path(arguments.input),
+                     "object `" + known.model.name + "` has no initial pose",
+                     "use --initial detect, or add initial_T_camera_object to sequence.yaml");
+  if (first_frame != input.initial_frame)
+    throw UsageError("--frames: the initial poses belong to frame " +
+                     std::to_string(input.initial_frame) +
+                     ", the run must start there (or use --initial detect)");
+  return *known.initial_T_camera_object;
+}
+
+}  // namespace
+
 std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const RunInput& input,
                                         int first_frame, const RunOptions& options,
                                         const std::shared_ptr<const RayQuery>& rays) {
   std::vector<PipelineObject> objects;
   for (size_t i = 0; i < input.objects.size(); ++i) {
     const KnownObject& known = input.objects[i];
-    if (!known.initial_T_camera_object)
-      throw InputError(fs::path(arguments.input),
-                       "object `" + known.model.name + "` has no initial pose",
-                       "add initial_T_camera_object to sequence.yaml");
-    if (first_frame != input.initial_frame)
-      throw UsageError("--frames: the initial poses belong to frame " +
-                       std::to_string(input.initial_frame) + ", the run must start there");
-    PipelineObject object{known.model.name, nullptr, *known.initial_T_camera_object};
+    PipelineObject object{known.model.name, nullptr, std::nullopt};
+    if (arguments.initial == "given")
+      object.initial_T_camera_object = givenPose(arguments, input, known, first_frame);
     if (parseMethod(arguments.method) != Method::kVo)
       object.tracker =
           std::make_unique<EdgeTracker>(known.model, input.source->camera(), rays,
@@ -63,6 +76,19 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
     throw InputError(fs::path(arguments.input), "there is no object to track",
                      "mark one with `track: true`");
   return objects;
+}
+
+std::unique_ptr<ObjectDetector> makeDetector(const RunArguments& arguments, const RunInput& input,
+                                             const RunOptions& options,
+                                             const std::shared_ptr<const RayQuery>& rays) {
+  if (arguments.initial != "detect") return nullptr;
+  std::vector<DetectorObject> objects;
+  for (const KnownObject& known : input.objects)
+    objects.push_back({known.model, known.database
+                                        ? readDatabase(*known.database)
+                                        : trainOrRemember(known.file, known.model, options.training)});
+  return std::make_unique<DatabaseDetector>(std::move(objects), input.source->camera(), rays,
+                                            options.detector, options.tracker);
 }
 
 // Everything that decides the results; kept in run.yaml.

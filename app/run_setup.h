@@ -27,12 +27,19 @@ struct RunArguments {
 Method parseMethod(const std::string& name);
 void checkSupported(const RunArguments& arguments);
 
-// The odometry, and one tracker for each object with its initial pose. Throw InputError when the
+// The odometry, and one tracker for each object, with its initial pose where that is asked for.
+// Throw InputError when the
 // input lacks what they need.
 std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input);
 std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const RunInput& input,
                                         int first_frame, const RunOptions& options,
                                         const std::shared_ptr<const RayQuery>& rays);
+
+// For `--initial detect`, otherwise nothing: the databases of the sequence, or made here from the
+// meshes. Throws InputError for a database that cannot be used.
+std::unique_ptr<ObjectDetector> makeDetector(const RunArguments& arguments, const RunInput& input,
+                                             const RunOptions& options,
+                                             const std::shared_ptr<const RayQuery>& rays);
 
 // Everything that decides the results, as YAML: the content of run.yaml.
 std::string recipe(const RunArguments& arguments, const RunInput& input,
