@@ -92,8 +92,11 @@ void Pipeline::detect(const Frame& frame, const std::vector<int>& wanted, Starts
     if (!detections[k]) continue;
     const size_t i = static_cast<size_t>(wanted[k]);
     starts[i] = ObjectPrediction{detections[k]->T_camera_object};
-    result.events.push_back({now_ns_, objects_[i].parts.name, "detected", detections[k]->health,
-                             std::to_string(detections[k]->inliers) + " features agree"});
+    starts[i]->verified = true;
+    const int inliers = detections[k]->inliers;
+    result.events.push_back(
+        {now_ns_, objects_[i].parts.name, "detected", detections[k]->health,
+         inliers > 0 ? std::to_string(inliers) + " features agree" : "found by its edges"});
   }
 }
 

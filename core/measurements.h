@@ -33,6 +33,7 @@ struct ObjectMeasurement {
 struct ObjectPrediction {
   SE3 T_camera_object;
   Matrix6d covariance = Matrix6d::Identity();
+  bool verified = false;  // there is other evidence for it than the tracker's own
 };
 
 }  // namespace diorama

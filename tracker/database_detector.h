@@ -32,6 +32,7 @@ class DatabaseDetector : public ObjectDetector {
                                                std::span<const int> objects) override;
 
  private:
+  struct Picture;
   class Finder;  // of one object
   Camera camera_;
   DetectorOptions options_;

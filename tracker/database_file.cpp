@@ -35,6 +35,7 @@ class Writer {
   void numbers(const Vector& v) {
     for (int i = 0; i < v.size(); ++i) value(v[i]);
   }
+  void bytes(const std::vector<uint8_t>& v) { content_.append(v.begin(), v.end()); }
   const std::string& content() const { return content_; }
 
  private:
@@ -67,6 +68,10 @@ class Reader {
       v[i] = value<typename Vector::Scalar>();
       if (!std::isfinite(v[i])) fail();
     }
+  }
+  std::vector<uint8_t> bytes(size_t n) {
+    const char* data = take(n);
+    return {data, data + n};
   }
   void end() const {
     if (!left_.empty()) fail();
@@ -102,9 +107,17 @@ std::string contentOf(const ObjectDatabase& database) {
     out.numbers(feature.normal);
     out.value(feature.view);
   }
-  std::string content = out.content();
-  content.append(database.descriptors.begin(), database.descriptors.end());
-  return content;
+  out.bytes(database.descriptors);
+  out.count(database.looks.size());
+  for (const DatabaseLook& look : database.looks) {
+    out.numbers(look.direction);
+    out.value(look.side_m);
+    out.count(look.points.size());
+    for (const Vector3f& p : look.points) out.numbers(p);
+    for (const Vector3f& normal : look.normals) out.numbers(normal);
+    out.bytes(look.grey);
+  }
+  return out.content();
 }
 
 FeatureKind readKind(Reader& in) {
@@ -119,6 +132,19 @@ SE3 readPose(Reader& in) {
   in.numbers(T.rotation.coeffs());
   if (std::abs(T.rotation.norm() - 1) > 1e-6) in.fail();
   return T;
+}
+
+DatabaseLook readLook(Reader& in) {
+  DatabaseLook look;
+  in.numbers(look.direction);
+  look.side_m = in.value<float>();
+  if (!(look.side_m > 0 && look.side_m < 1e6f)) in.fail();
+  look.points.resize(in.count(3 * sizeof(float)));
+  for (Vector3f& p : look.points) in.numbers(p);
+  look.normals.resize(look.points.size());
+  for (Vector3f& normal : look.normals) in.numbers(normal);
+  look.grey = in.bytes(look.points.size());
+  return look;
 }
 
 ObjectDatabase parseContent(std::string_view content, const fs::path& file) {
@@ -136,10 +162,10 @@ ObjectDatabase parseContent(std::string_view content, const fs::path& file) {
     feature.view = in.value<int32_t>();
     if (feature.view < 0 || static_cast<size_t>(feature.view) >= database.views.size()) in.fail();
   }
-  const size_t bytes =
-      database.features.size() * static_cast<size_t>(descriptorSize(database.kind));
-  const char* descriptors = in.take(bytes);
-  database.descriptors.assign(descriptors, descriptors + bytes);
+  database.descriptors =
+      in.bytes(database.features.size() * static_cast<size_t>(descriptorSize(database.kind)));
+  database.looks.resize(in.count(4 * sizeof(float) + sizeof(uint64_t)));
+  for (DatabaseLook& look : database.looks) look = readLook(in);
   in.end();
   return database;
 }

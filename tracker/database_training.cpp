@@ -37,6 +37,10 @@ bool liesOnObject(const RayQuery& rays, int object, const SE3& T_object_camera,
   return missed <= kMayMiss;
 }
 
+Vector3d centreOf(const Mesh& mesh) {
+  return (0.5f * (mesh.minCorner() + mesh.maxCorner())).cast<double>();
+}
+
 }  // namespace
 
 const Camera& trainingCamera() {
@@ -47,7 +51,7 @@ const Camera& trainingCamera() {
 }
 
 std::vector<SE3> trainingViews(const Mesh& mesh, const TrainingOptions& options) {
-  const Vector3d centre = (0.5f * (mesh.minCorner() + mesh.maxCorner())).cast<double>();
+  const Vector3d centre = centreOf(mesh);
   const double diameter = mesh.diameter();
   const double ratio = options.farthest_diameters / options.nearest_diameters;
   std::vector<SE3> views;
@@ -81,9 +85,9 @@ ObjectDatabase trainDatabase(const ObjectModel& model, const RayQuery& rays, int
   const size_t size = static_cast<size_t>(descriptorSize(database.kind));
   for (size_t view = 0; view < database.views.size(); ++view) {
     const SE3 T_object_camera = database.views[view].inverse();
+    const Frame frame = pictures.read(static_cast<int>(view)).frame;
     const Features features =
-        extractFeatures(pictures.read(static_cast<int>(view)).frame.gray, database.kind,
-                        options.features_per_view);
+        extractFeatures(frame.gray, database.kind, options.features_per_view);
     for (size_t i = 0; i < features.points.size(); ++i) {
       const Features::Point& point = features.points[i];
       const auto hit = surfaceAt(rays, object_index, T_object_camera, point.u_px);
@@ -94,6 +98,10 @@ ObjectDatabase trainDatabase(const ObjectModel& model, const RayQuery& rays, int
       database.descriptors.insert(database.descriptors.end(), row,
                                   row + static_cast<std::ptrdiff_t>(size));
     }
+    // Of the farthest views, which differ least in perspective from any others.
+    if (view + static_cast<size_t>(options.views) >= database.views.size())
+      database.looks.push_back(takeLook(frame.gray, trainingCamera(), rays, object_index,
+                                        database.views[view], centreOf(model.mesh)));
   }
   return database;
 }

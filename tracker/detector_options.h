@@ -5,6 +5,53 @@
 
 namespace diorama {
 
+// The image's edges, by direction.
+struct ChamferOptions {
+  double canny_low = 20;         // gradients of a slightly blurred image, Sobel's units
+  double canny_high = 50;        // ... at which an edge begins
+  double direction_cost_px = 2;  // of each step of 15 degrees between edge and model
+  double farthest_px = 20;       // larger distances count as this
+  template <class V>
+  void visit(V& v) {
+    v("canny_low", canny_low, kNotNegative);
+    v("canny_high", canny_high, kNotNegative);
+    v("direction_cost_px", direction_cost_px, kNotNegative);
+    v("farthest_px", farthest_px, kPositive);
+  }
+};
+
+// Templates of edges, for objects without texture.
+struct TemplateOptions {
+  int views = 160;               // directions over the sphere: every 16 degrees
+  double lowest_view_rad = -0.3; // no views from further below the object's x-y plane
+  double roll_rad = 0.25;        // the object's z axis points upwards in the image, +- this
+  double nearest_diameters = 1.5;
+  double farthest_diameters = 6;
+  double distance_ratio = 1.2;  // from one size of a template to the next
+  int points = 32;              // of a template
+  int candidates = 300;  // that look like the object at all
+  int refined = 100;     // of these
+  int verified = 30;     // of these
+  // Objects with at most so many features in a view of the training have hardly any texture.
+  double max_features = 40;
+  ChamferOptions chamfer = {};
+  template <class V>
+  void visit(V& v) {
+    v("views", views, Range{4, 10000});
+    v("lowest_view_rad", lowest_view_rad, Range{-1.6, 1.6});
+    v("roll_rad", roll_rad, Range{0, 3.2});
+    v("nearest_diameters", nearest_diameters, Range{1.1, 1000});
+    v("farthest_diameters", farthest_diameters, Range{1.1, 1000});
+    v("distance_ratio", distance_ratio, Range{1.01, 10});
+    v("points", points, Range{8, 400});
+    v("candidates", candidates, Range{1, 10000});
+    v("refined", refined, Range{1, 10000});
+    v("verified", verified, Range{0, 10000});
+    v("max_features", max_features, kNotNegative);
+    v("chamfer", chamfer);
+  }
+};
+
 struct DetectorOptions {
   // Features.
   int max_features = 1000;     // of an image
@@ -17,6 +64,13 @@ struct DetectorOptions {
   int min_inliers = 8;
   double min_spread = 0.1;  // of the inliers on the object, in its diameters
   int hypotheses = 3;       // for each object, the next without the inliers of the last
+  TemplateOptions templates = {};  // for objects without texture
+  // Verification: the health of the edges (0 to 1) and the look (-1 to 1) add up to at least this.
+  // Right poses reach 1.5, wrong ones of three objects on cluttered desks 1.4.
+  double min_evidence = 1.45;
+  double min_feature_evidence = 1.0;  // where features agree, too: half of it may be hidden
+  double min_plain_health = 0.7;      // of an object that is too plain for a look
+  double implausible_look = 0.2;      // templates that look like less are not gone on with
   template <class V>
   void visit(V& v) {
     v("max_features", max_features, Range{1, 100000});
@@ -28,6 +82,11 @@ struct DetectorOptions {
     v("min_inliers", min_inliers, Range{4, 100000});
     v("min_spread", min_spread, kFraction);
     v("hypotheses", hypotheses, Range{1, 100});
+    v("templates", templates);
+    v("min_evidence", min_evidence, Range{0, 2});
+    v("min_feature_evidence", min_feature_evidence, Range{0, 2});
+    v("min_plain_health", min_plain_health, kFraction);
+    v("implausible_look", implausible_look, Range{-1, 1});
   }
 };
 

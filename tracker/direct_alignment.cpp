@@ -33,7 +33,7 @@ void DirectAlignment::setReference(const ImagePyramid& image, const SE3& T) {
   const Image<uint8_t>& fine = image.level(kFineLevel);
   if (options_.direct_points == 0 || fine.width < 6 || fine.height < 6) return;
   if (rays_in_camera_.empty()) makeRays(fine.width, fine.height);
-  const PixelBox box = projectedBox(model_, camera_, T);
+  const ProjectedBox box = projectedBox(model_, camera_, T);
   const auto clamped = [](double u, int size) {
     return static_cast<int>(std::clamp(toLevel(u, kFineLevel), 2.0, size - 3.0));
   };

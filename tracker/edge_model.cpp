@@ -1,9 +1,9 @@
 #include "tracker/edge_model.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 #include <utility>
+
+#include "tracker/view_sphere.h"
 
 namespace diorama {
 namespace {
@@ -19,14 +19,11 @@ void addSamples(EdgeModel& model, size_t edge_index) {
                              static_cast<int>(edge_index)});
 }
 
-// The farthest vertices in directions spread evenly over the sphere (a Fibonacci lattice).
+// The farthest vertices in directions all around.
 std::vector<Vector3d> outermostVertices(const std::vector<Vector3d>& vertices) {
   constexpr int kDirections = 64;
   std::vector<Vector3d> out;
-  for (int i = 0; i < kDirections; ++i) {
-    const double z = (2 * i + 1.0) / kDirections - 1, r = std::sqrt(1 - z * z);
-    const double angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
-    const Vector3d direction(r * std::cos(angle), r * std::sin(angle), z);
+  for (const Vector3d& direction : sphereDirections(kDirections)) {
     const Vector3d* farthest = &vertices[0];
     for (const Vector3d& v : vertices)
       if (v.dot(direction) > farthest->dot(direction)) farthest = &v;
@@ -37,9 +34,9 @@ std::vector<Vector3d> outermostVertices(const std::vector<Vector3d>& vertices) {
 
 }  // namespace
 
-PixelBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T) {
+ProjectedBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T) {
   const Matrix3d R = T.rotationMatrix();
-  PixelBox box{Vector2d::Constant(1e9), Vector2d::Constant(-1e9)};
+  ProjectedBox box{Vector2d::Constant(1e9), Vector2d::Constant(-1e9)};
   for (const Vector3d& v : model.outermost)
     if (const auto u = camera.project(R * v + T.translation)) {
       box.low = box.low.cwiseMin(*u);

@@ -36,9 +36,9 @@ struct EdgeModel {
 EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options);
 
 // The smallest box around the projection of the model, px. Empty (low > high) behind the camera.
-struct PixelBox {
+struct ProjectedBox {
   Vector2d low, high;
 };
-PixelBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T_camera_model);
+ProjectedBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T_camera_model);
 
 }  // namespace diorama

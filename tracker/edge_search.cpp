@@ -28,11 +28,6 @@ double roomAlong(double x, double direction, double lowest, double highest) {
 
 }  // namespace
 
-struct EdgeSearch::Line {
-  Vector2d u_px;
-  Vector2d normal;
-};
-
 int findProfileEdges(const float* profile, int length, float min_gradient, EdgeCandidate* out,
                      int capacity) {
   const auto derivative = [&](int i) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "core/camera.h"
@@ -53,6 +54,14 @@ class EdgeSearch {
   // max_samples, about sample_step_px apart.
   std::vector<int> visibleSamples(const SE3& T_camera_model) const;
 
+  // A sample on its projected edge.
+  struct Line {
+    Vector2d u_px;
+    Vector2d normal;  // unit, of the projected edge
+  };
+  // Nothing where the edge is seen end-on, or the sample is not in front of the camera.
+  std::optional<Line> projectSample(const SE3& T_camera_model, const Matrix3d& R, int sample) const;
+
   // Candidates of the given samples within range_px. memory[sample] is the remembered contrast.
   // Samples without a candidate are left out.
   std::vector<EdgeObservation> search(const Image<uint8_t>& image, const SE3& T_camera_model,
@@ -62,8 +71,6 @@ class EdgeSearch {
  private:
   std::vector<int> samplesInImage(const SE3& T_camera_model, const Vector3d& eye) const;
 
-  struct Line;  // a projected sample with its normal
-  std::optional<Line> projectSample(const SE3& T_camera_model, const Matrix3d& R, int sample) const;
   bool observe(const Image<uint8_t>& image, const Line& line, const Contrast& remembered,
                int range_px, EdgeObservation& out) const;
 

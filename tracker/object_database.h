@@ -10,6 +10,7 @@
 #include "core/object_model.h"
 #include "core/ray_query.h"
 #include "core/se3.h"
+#include "tracker/appearance.h"
 #include "tracker/database_options.h"
 #include "tracker/features.h"
 
@@ -30,6 +31,7 @@ struct ObjectDatabase {
   std::vector<SE3> views;  // T_camera_object
   std::vector<DatabaseFeature> features;
   std::vector<uint8_t> descriptors;  // features.size() rows
+  std::vector<DatabaseLook> looks;   // from all around
 };
 
 // Of the shape: positions and triangles.

@@ -134,7 +134,8 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   }
   image_.build(frame.gray);
 
-  const double needed = state_ == State::kTracking ? options_.claim_health : options_.start_health;
+  const bool trusted = state_ == State::kTracking || (start && start->verified);
+  const double needed = trusted ? options_.claim_health : options_.start_health;
   const SE3 predicted = predict(frame.timestamp_ns);
   Estimate estimate =
       start ? refineStart(predicted) : refine(alignFromLast(predicted), searchRanges());

@@ -31,7 +31,7 @@ void TextureCue::setKeyframe(const Image<uint8_t>& image, const SE3& T,
   T_keyframe_ = T;
   keyframe_covariance_ = covariance;
   if (options_.texture_patches == 0) return;
-  const PixelBox box = projectedBox(model_, camera_, T);
+  const ProjectedBox box = projectedBox(model_, camera_, T);
   for (const Vector2d& corner : findCorners(image, box.low, box.high, kBorder)) {
     if (patches_.size() >= static_cast<size_t>(options_.texture_patches)) break;
     addPatch(image, T, corner);

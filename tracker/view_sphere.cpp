@@ -6,11 +6,10 @@
 namespace diorama {
 
 std::vector<Vector3d> sphereDirections(int count) {
-  const double golden_angle = std::numbers::pi * (3 - std::sqrt(5.0));
   std::vector<Vector3d> directions;
   for (int k = 0; k < count; ++k) {
-    const double z = 1 - (2 * k + 1) / static_cast<double>(count);
-    const double radius = std::sqrt(1 - z * z), azimuth = golden_angle * k;
+    const double z = (2 * k + 1.0) / count - 1, radius = std::sqrt(1 - z * z);
+    const double azimuth = k * std::numbers::pi * (3 - std::sqrt(5.0));
     directions.emplace_back(radius * std::cos(azimuth), radius * std::sin(azimuth), z);
   }
   return directions;

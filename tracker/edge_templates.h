@@ -1,0 +1,62 @@
+// Finds an object by its outline and creases alone: templates of its edges from all around are
+// moved over the image's edges.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "tracker/chamfer_maps.h"
+#include "tracker/edge_model.h"
+#include "tracker/edge_search.h"
+
+namespace diorama {
+
+class EdgeTemplates {
+ public:
+  // All references must outlive this object.
+  EdgeTemplates(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
+                const TrackerOptions& tracker_options, const TemplateOptions& options);
+
+  struct Candidate {
+    SE3 T_camera_object;
+    double ratio = 1;  // distance to the image's edges over what lines of any direction have there
+  };
+  // Whether a rough pose T_camera_object is worth refining.
+  using Plausible = std::function<bool(const SE3&)>;
+  // Poses that agree best with the image's edges, the best first, refined; at most `verified`.
+  std::vector<Candidate> find(const ChamferMaps& maps, const Plausible& plausible) const;
+
+ private:
+  struct Point {
+    Vector2d offset;  // from the centre's image, for focal length 1 and kViewDistance
+    Vector2d normal;
+  };
+  struct Template {
+    SE3 T_camera_model;  // on the optical axis
+    std::vector<Point> points;
+  };
+  // A template at a place of the coarse maps.
+  struct Placed {
+    size_t view = 0;
+    double roll_rad = 0, distance = 0;  // m
+    int x = 0, y = 0;                   // cells
+    double mean = 0;                    // in units of the maps
+  };
+
+  void addTemplate(const Vector3d& direction, const EdgeSearch& search, const Camera& studio);
+  std::vector<Placed> place(const ChamferMaps& maps) const;
+  void slide(const ChamferMaps& maps, Placed placed, std::vector<uint16_t>& sums,
+             std::vector<Placed>& best) const;
+  std::optional<SE3> poseOf(const Placed& placed, const ChamferMaps& maps) const;
+  Candidate refine(SE3 T_camera_model, const ChamferMaps& maps) const;
+
+  const EdgeModel& model_;
+  const Camera& camera_;
+  const TemplateOptions& options_;
+  EdgeSearch search_;
+  double diameter_;
+  std::vector<Template> templates_;
+};
+
+}  // namespace diorama
