@@ -87,8 +87,9 @@ ObjectDatabase trainOrRemember(const ModelFile& file, const ObjectModel& model,
   text << YAML::BeginMap;
   writeOptions(text, "training", options);
   text << YAML::EndMap;
-  const std::string key = sha256(std::string(DIORAMA_VERSION) + model.name + modelChecksum(file.mesh) +
-                                 meshChecksum(model.mesh) + text.c_str());
+  const std::string key =
+      sha256(std::string(DIORAMA_VERSION) + model.name + modelChecksum(file.mesh) +
+             meshChecksum(model.mesh) + text.c_str());
   const fs::path cached = cacheFolder() / "databases" / (key + ".db");
   std::error_code error;
   if (fs::exists(cached, error)) try {

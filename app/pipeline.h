@@ -85,10 +85,10 @@ class Pipeline {
  private:
   struct Object {
     PipelineObject parts;
-    bool begun = false;                 // it was given a start
-    bool claimed = false;               // in the last frame
-    bool was_lost = false;              // at any time since it begun
-    int unclaimed_frames = 0;           // in a row
+    bool begun = false;                      // it was given a start
+    bool claimed = false;                    // in the last frame
+    bool was_lost = false;                   // at any time since it begun
+    int unclaimed_frames = 0;                // in a row
     std::optional<SE3> T_world_object = {};  // where it was placed by its start; vo
   };
   using Starts = std::vector<std::optional<ObjectPrediction>>;  // one per object

@@ -203,7 +203,8 @@ std::function<int()> setUpRun(CLI::App& app) {
       ->required();
   app.add_option("-o,--output", arguments->output, "run folder to write")->required();
   app.add_option("--method", arguments->method, "vo, ebt or fused")->capture_default_str();
-  app.add_option("--initial", arguments->initial, "given: the sequence's initial poses; detect: found in the images")
+  app.add_option("--initial", arguments->initial,
+                 "given: the sequence's initial poses; detect: found in the images")
       ->capture_default_str();
   app.add_option("--odometry", arguments->odometry, "simulated or replay:FILE")
       ->capture_default_str();

@@ -24,7 +24,7 @@ struct KnownObject {
   ObjectModel model;
   ModelFile file;                                 // that it was imported from
   std::optional<std::filesystem::path> database;  // for its detection, as the sequence names it
-  std::optional<SE3> initial_T_camera_object;  // in frame `initial_frame` of the input
+  std::optional<SE3> initial_T_camera_object;     // in frame `initial_frame` of the input
 };
 
 struct RunInput {

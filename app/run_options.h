@@ -23,7 +23,8 @@ struct RunOptions {
   PipelineOptions pipeline;
 };
 
-// Overrides that belong to an estimator (`tracker.`, `mapper.`, `detector.`, ...), and the others (the scene's).
+// Overrides that belong to an estimator (`tracker.`, `mapper.`, `detector.`, ...), and the others
+// (the scene's).
 struct SplitOverrides {
   std::vector<YamlOverride> estimators, scene;
 };

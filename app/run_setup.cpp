@@ -84,9 +84,9 @@ std::unique_ptr<ObjectDetector> makeDetector(const RunArguments& arguments, cons
   if (arguments.initial != "detect") return nullptr;
   std::vector<DetectorObject> objects;
   for (const KnownObject& known : input.objects)
-    objects.push_back({known.model, known.database
-                                        ? readDatabase(*known.database)
-                                        : trainOrRemember(known.file, known.model, options.training)});
+    objects.push_back(
+        {known.model, known.database ? readDatabase(*known.database)
+                                     : trainOrRemember(known.file, known.model, options.training)});
   return std::make_unique<DatabaseDetector>(std::move(objects), input.source->camera(), rays,
                                             options.detector, options.tracker);
 }

@@ -14,8 +14,9 @@ namespace diorama {
 struct Detection {
   SE3 T_camera_object;
   double health = 0;  // in [0, 1]: how well the image's edges agree with the pose
-  std::optional<double> look;  // in [-1, 1]: how well its grey values do; nothing for a plain object
-  int inliers = 0;             // features that agree with it; 0 when it was found by its edges
+  std::optional<double> look =
+      {};           // in [-1, 1]: how well its grey values do; nothing for a plain object
+  int inliers = 0;  // features that agree with it; 0 when it was found by its edges
 };
 
 class ObjectDetector {

@@ -7,10 +7,10 @@
 namespace diorama {
 namespace {
 
-constexpr int kGrid_px = 5;         // distance of the points in a picture of the training
+constexpr int kGrid_px = 5;           // distance of the points in a picture of the training
 constexpr Eigen::Index kFewest = 24;  // points for a comparison
-constexpr double kDark = 10;        // grey levels: below them the logarithm is mostly noise
-constexpr double kPlain = 0.05;     // standard deviation of logarithms; with less there is no print
+constexpr double kDark = 10;          // grey levels: below them the logarithm is mostly noise
+constexpr double kPlain = 0.05;  // standard deviation of logarithms; with less there is no print
 
 // Whether the square around a pixel shows the object only.
 bool squareOnObject(const Camera& camera, const RayQuery& rays, int object,
@@ -31,9 +31,9 @@ using Regressors = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 // on one another, hence the ridge.
 Eigen::VectorXd unexplained(const Regressors& columns, const Eigen::VectorXd& y) {
   constexpr double kRidge = 1e-6;
-  const Eigen::Matrix4d normal =
-      columns.transpose() * columns +
-      kRidge * static_cast<double>(y.size()) * Eigen::Matrix4d::Identity();
+  const Eigen::Matrix4d normal = columns.transpose() * columns + kRidge *
+                                                                     static_cast<double>(y.size()) *
+                                                                     Eigen::Matrix4d::Identity();
   return y - columns * normal.ldlt().solve(columns.transpose() * y);
 }
 
@@ -56,7 +56,8 @@ MeanImage::MeanImage(const Image<uint8_t>& image)
 
 std::optional<double> MeanImage::mean(const Vector2d& u_px, double side_px) const {
   const int side = std::clamp(static_cast<int>(std::lround(side_px)), 1, width_ + height_);
-  const double left = std::floor(u_px.x() - 0.5 * side + 1), top = std::floor(u_px.y() - 0.5 * side + 1);
+  const double left = std::floor(u_px.x() - 0.5 * side + 1),
+               top = std::floor(u_px.y() - 0.5 * side + 1);
   if (!(left >= 0 && top >= 0 && left + side <= width_ && top + side <= height_))
     return std::nullopt;
   const size_t stride = static_cast<size_t>(width_) + 1, n = static_cast<size_t>(side);
@@ -95,10 +96,10 @@ std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const
                                    const Vector3d& centre_object) {
   const Vector3f side =
       (T_camera_object.inverse().translation - centre_object).normalized().cast<float>();
-  const auto nearest = std::max_element(
-      looks.begin(), looks.end(), [&](const DatabaseLook& a, const DatabaseLook& b) {
-        return a.direction.dot(side) < b.direction.dot(side);
-      });
+  const auto nearest = std::max_element(looks.begin(), looks.end(),
+                                        [&](const DatabaseLook& a, const DatabaseLook& b) {
+                                          return a.direction.dot(side) < b.direction.dot(side);
+                                        });
   if (nearest == looks.end()) return std::nullopt;
   const size_t n = nearest->points.size();
   Regressors regressors(static_cast<Eigen::Index>(n), 4);

@@ -76,7 +76,8 @@ Image<uint8_t> ChamferMaps::ratios(const Image<float>& map) const {
     for (int x = 0; x < out.width; ++x) {
       const int fx = kCoarse * x + kCoarse / 2, fy = kCoarse * y + kCoarse / 2;
       // A distance below a pixel is as good as none.
-      const double ratio = static_cast<double>(map(fx, fy)) / (1 + static_cast<double>(mean_(fx, fy)));
+      const double ratio =
+          static_cast<double>(map(fx, fy)) / (1 + static_cast<double>(mean_(fx, fy)));
       out(x, y) = static_cast<uint8_t>(std::min(255L, std::lround(kChance * ratio)));
     }
   return out;

@@ -4,11 +4,12 @@
 //   pose       RANSAC PnP, robust refinement over all inliers
 //   verify     the edge tracker starts from the pose: do the edges in the image agree, and does
 //              the object look as it did in the training?
-//   again      without the inliers, when they do not
+//   again      from the same pose moved to the image's edges; then without its inliers
 //   templates  of its edges, where the object has hardly any texture; verified alike
 #include "tracker/database_detector.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "core/errors.h"
@@ -20,9 +21,28 @@
 namespace diorama {
 
 // A frame, and what is made of it once for all objects.
-struct DatabaseDetector::Picture {
+class DatabaseDetector::Picture {
+ public:
+  Picture(const Frame& f, const DetectorOptions& options)
+      : frame(f), means(f.gray), options_(options) {}
+
   const Frame& frame;
-  MeanImage means;
+  const MeanImage means;
+
+  const Features& features(FeatureKind kind) const {
+    const auto [at, missing] = features_.try_emplace(kind);
+    if (missing) at->second = extractFeatures(frame.gray, kind, options_.max_features);
+    return at->second;
+  }
+  const ChamferMaps& edges() const {
+    if (!edges_) edges_.emplace(frame.gray, options_.templates.chamfer);
+    return *edges_;
+  }
+
+ private:
+  const DetectorOptions& options_;
+  mutable std::map<FeatureKind, Features> features_;
+  mutable std::optional<ChamferMaps> edges_;
 };
 
 class DatabaseDetector::Finder {
@@ -39,22 +59,25 @@ class DatabaseDetector::Finder {
         rays_(std::move(rays)),
         model_(makeEdgeModel(object.model.mesh, tracker_options_)),
         matcher_(database_, options.same_place * diameter_),
-        verifier_(std::move(object.model), camera, rays_, index, tracker_options) {
-    const double features = static_cast<double>(database_.features.size());
-    if (features <= options.templates.max_features * static_cast<double>(database_.views.size()))
-      templates_.emplace(model_, camera_, *rays_, index, tracker_options_, options_.templates);
+        verifier_(std::move(object.model), camera, rays_, index, tracker_options),
+        templates_(model_, camera_, *rays_, index, tracker_options_, options_.templates) {}
+
+  // Whether features are not to be relied on.
+  bool isPlain() const {
+    return static_cast<double>(database_.features.size()) <=
+           options_.templates.max_features * static_cast<double>(database_.views.size());
   }
 
-  FeatureKind kind() const { return database_.kind; }
-  bool hasTemplates() const { return templates_.has_value(); }
-
-  std::optional<Detection> findByFeatures(const Picture& picture, const Features& features);
-  std::optional<Detection> findByEdges(const Picture& picture, const ChamferMaps& maps);
+  std::optional<Detection> findByFeatures(const Picture& picture);
+  std::optional<Detection> confirm(const Picture& picture, const std::vector<PointMatch>& matches,
+                                   const RansacPose& pose);
+  std::optional<Detection> findByEdges(const Picture& picture);
 
  private:
   std::vector<PointMatch> match(const Features& features) const;
   std::optional<double> look(const Picture& picture, const SE3& T_camera_object) const;
-  Detection examine(const Picture& picture, const SE3& T_camera_object, int inliers);
+  Detection examine(const Picture& picture, const SE3& T_camera_object);
+  double evidence(const Detection& detection) const;
   bool isProven(const Detection& detection) const;
 
   const DetectorOptions& options_;
@@ -67,7 +90,7 @@ class DatabaseDetector::Finder {
   const EdgeModel model_;
   const FeatureMatcher matcher_;
   EdgeTracker verifier_;
-  std::optional<EdgeTemplates> templates_;
+  const EdgeTemplates templates_;
 };
 
 std::vector<PointMatch> DatabaseDetector::Finder::match(const Features& features) const {
@@ -82,33 +105,45 @@ std::vector<PointMatch> DatabaseDetector::Finder::match(const Features& features
   return matches;
 }
 
-std::optional<Detection> DatabaseDetector::Finder::findByFeatures(const Picture& picture,
-                                                                  const Features& features) {
-  std::vector<PointMatch> matches = match(features);
+std::optional<Detection> DatabaseDetector::Finder::findByFeatures(const Picture& picture) {
+  std::vector<PointMatch> matches = match(picture.features(database_.kind));
   const Random random(static_cast<uint64_t>(object_), RandomStream::kDetector);
   for (int k = 0; k < options_.hypotheses; ++k) {
-    const auto pose = findPose(matches, camera_, diameter_, options_, random,
-                               static_cast<uint32_t>(k));
+    const auto pose =
+        findPose(matches, camera_, diameter_, options_, random, static_cast<uint32_t>(k));
     if (!pose) break;
-    Detection detection =
-        examine(picture, pose->T_camera_object, static_cast<int>(pose->inliers.size()));
-    if (isProven(detection)) return detection;
+    if (auto detection = confirm(picture, matches, *pose)) return detection;
     for (auto i = pose->inliers.rbegin(); i != pose->inliers.rend(); ++i)
       matches.erase(matches.begin() + *i);
   }
   return std::nullopt;
 }
 
+std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& picture,
+                                                           const std::vector<PointMatch>& matches,
+                                                           const RansacPose& pose) {
+  for (const bool moved : {false, true}) {
+    const SE3 start = moved
+                          ? templates_.refine(pose.T_camera_object, picture.edges()).T_camera_object
+                          : pose.T_camera_object;
+    Detection detection = examine(picture, start);
+    // The edges may have led astray: the features must still agree.
+    const size_t agreeing =
+        agreeingMatches(matches, camera_, detection.T_camera_object, 2 * options_.inlier_px).size();
+    detection.inliers = static_cast<int>(agreeing);
+    if (2 * agreeing >= pose.inliers.size() && isProven(detection)) return detection;
+  }
+  return std::nullopt;
+}
+
 // The best of the candidates: another view of the object may be nearly as good.
-std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& picture,
-                                                               const ChamferMaps& maps) {
+std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& picture) {
   const auto plausible = [&](const SE3& T) {
     return look(picture, T).value_or(1) >= options_.implausible_look;
   };
-  const auto evidence = [](const Detection& d) { return d.health + d.look.value_or(0); };
   std::optional<Detection> best;
-  for (const EdgeTemplates::Candidate& candidate : templates_->find(maps, plausible)) {
-    const Detection detection = examine(picture, candidate.T_camera_object, 0);
+  for (const EdgeTemplates::Candidate& candidate : templates_.find(picture.edges(), plausible)) {
+    const Detection detection = examine(picture, candidate.T_camera_object);
     if (isProven(detection) && (!best || evidence(detection) > evidence(*best))) best = detection;
   }
   return best;
@@ -118,17 +153,23 @@ std::optional<double> DatabaseDetector::Finder::look(const Picture& picture, con
   return compareLooks(database_.looks, picture.means, camera_, T, model_.centre_object);
 }
 
-Detection DatabaseDetector::Finder::examine(const Picture& picture, const SE3& T_camera_object,
-                                            int inliers) {
+Detection DatabaseDetector::Finder::examine(const Picture& picture, const SE3& T_camera_object) {
   const ObjectMeasurement measured = verifier_.examine(picture.frame, {T_camera_object});
   const SE3& T = measured.T_camera_object;
-  return {T, measured.health, look(picture, T), inliers};
+  return {T, measured.health, look(picture, T)};
+}
+
+double DatabaseDetector::Finder::evidence(const Detection& detection) const {
+  const double sum = detection.health + detection.look.value_or(0);
+  if (detection.inliers > 0) return sum;
+  const double size_px = camera_.fx() * diameter_ / detection.T_camera_object.translation.z();
+  return sum * std::cbrt(std::min(1.0, size_px / options_.full_size_px));
 }
 
 bool DatabaseDetector::Finder::isProven(const Detection& detection) const {
-  if (detection.health < tracker_options_.claim_health) return false;
-  if (!detection.look) return detection.health >= options_.min_plain_health;
-  return detection.health + *detection.look >=
+  if (detection.health < options_.min_health) return false;
+  if (!detection.look) return evidence(detection) >= options_.min_plain_health;
+  return evidence(detection) >=
          (detection.inliers > 0 ? options_.min_feature_evidence : options_.min_evidence);
 }
 
@@ -153,17 +194,11 @@ std::vector<std::optional<Detection>> DatabaseDetector::detect(const Frame& fram
   std::vector<std::optional<Detection>> detections(objects.size());
   if (frame.gray.width != camera_.width() || frame.gray.height != camera_.height())
     return detections;
-  const Picture picture{frame, MeanImage(frame.gray)};
-  std::map<FeatureKind, Features> features;
-  std::optional<ChamferMaps> maps;
+  const Picture picture(frame, options_);
   for (size_t i = 0; i < objects.size(); ++i) {
     Finder& finder = *finders_[static_cast<size_t>(objects[i])];
-    const auto [at, missing] = features.try_emplace(finder.kind());
-    if (missing) at->second = extractFeatures(frame.gray, finder.kind(), options_.max_features);
-    detections[i] = finder.findByFeatures(picture, at->second);
-    if (detections[i] || !finder.hasTemplates()) continue;
-    if (!maps) maps.emplace(frame.gray, options_.templates.chamfer);
-    detections[i] = finder.findByEdges(picture, *maps);
+    detections[i] = finder.findByFeatures(picture);
+    if (!detections[i] && finder.isPlain()) detections[i] = finder.findByEdges(picture);
   }
   return detections;
 }

@@ -32,8 +32,8 @@ class DatabaseDetector : public ObjectDetector {
                                                std::span<const int> objects) override;
 
  private:
-  struct Picture;
-  class Finder;  // of one object
+  class Picture;  // a frame, and what is made of it
+  class Finder;   // of one object
   Camera camera_;
   DetectorOptions options_;
   std::vector<std::unique_ptr<Finder>> finders_;

@@ -15,8 +15,8 @@ std::optional<RayHit> surfaceAt(const RayQuery& rays, int object, const SE3& T_o
                                 const Vector2d& u_px) {
   const auto direction = trainingCamera().unproject(u_px);
   if (!direction) return std::nullopt;
-  auto hit = rays.closestHit(object, T_object_camera.translation,
-                             T_object_camera.rotation * *direction);
+  auto hit =
+      rays.closestHit(object, T_object_camera.translation, T_object_camera.rotation * *direction);
   if (hit && hit->normal.dot(hit->p_object - T_object_camera.translation) > 0)
     hit->normal = -hit->normal;
   return hit;
@@ -86,14 +86,13 @@ ObjectDatabase trainDatabase(const ObjectModel& model, const RayQuery& rays, int
   for (size_t view = 0; view < database.views.size(); ++view) {
     const SE3 T_object_camera = database.views[view].inverse();
     const Frame frame = pictures.read(static_cast<int>(view)).frame;
-    const Features features =
-        extractFeatures(frame.gray, database.kind, options.features_per_view);
+    const Features features = extractFeatures(frame.gray, database.kind, options.features_per_view);
     for (size_t i = 0; i < features.points.size(); ++i) {
       const Features::Point& point = features.points[i];
       const auto hit = surfaceAt(rays, object_index, T_object_camera, point.u_px);
       if (!hit || !liesOnObject(rays, object_index, T_object_camera, point)) continue;
-      database.features.push_back({hit->p_object.cast<float>(), hit->normal.cast<float>(),
-                                   static_cast<int32_t>(view)});
+      database.features.push_back(
+          {hit->p_object.cast<float>(), hit->normal.cast<float>(), static_cast<int32_t>(view)});
       const auto row = features.descriptors.begin() + static_cast<std::ptrdiff_t>(i * size);
       database.descriptors.insert(database.descriptors.end(), row,
                                   row + static_cast<std::ptrdiff_t>(size));

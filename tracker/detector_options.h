@@ -22,16 +22,16 @@ struct ChamferOptions {
 
 // Templates of edges, for objects without texture.
 struct TemplateOptions {
-  int views = 160;               // directions over the sphere: every 16 degrees
-  double lowest_view_rad = -0.3; // no views from further below the object's x-y plane
-  double roll_rad = 0.25;        // the object's z axis points upwards in the image, +- this
+  int views = 160;                // directions over the sphere: every 16 degrees
+  double lowest_view_rad = -0.3;  // no views from further below the object's x-y plane
+  double roll_rad = 0.25;         // the object's z axis points upwards in the image, +- this
   double nearest_diameters = 1.5;
-  double farthest_diameters = 6;
+  double farthest_diameters = 5;
   double distance_ratio = 1.2;  // from one size of a template to the next
   int points = 32;              // of a template
-  int candidates = 300;  // that look like the object at all
-  int refined = 100;     // of these
-  int verified = 30;     // of these
+  int candidates = 300;         // that look like the object at all
+  int refined = 100;            // of these
+  int verified = 30;            // of these
   // Objects with at most so many features in a view of the training have hardly any texture.
   double max_features = 40;
   ChamferOptions chamfer = {};
@@ -54,23 +54,27 @@ struct TemplateOptions {
 
 struct DetectorOptions {
   // Features.
-  int max_features = 1000;     // of an image
-  double match_ratio = 0.85;   // Lowe 2004: 0.8; RANSAC copes with what is wrong
-  double same_place = 0.04;    // nearer features are one place, in diameters of the object
+  int max_features = 1000;    // of an image
+  double match_ratio = 0.85;  // Lowe 2004: 0.8; RANSAC copes with what is wrong
+  double same_place = 0.04;   // nearer features are one place, in diameters of the object
   // Pose from matches: RANSAC (Fischler and Bolles 1981).
   std::string solver = "p3p";  // or epnp: of the minimal samples
   int samples = 600;
   double inlier_px = 5;
-  int min_inliers = 8;
-  double min_spread = 0.1;  // of the inliers on the object, in its diameters
-  int hypotheses = 3;       // for each object, the next without the inliers of the last
+  int min_inliers = 6;
+  double min_spread = 0.1;         // of the inliers on the object, in its diameters
+  int hypotheses = 3;              // for each object, the next without the inliers of the last
   TemplateOptions templates = {};  // for objects without texture
   // Verification: the health of the edges (0 to 1) and the look (-1 to 1) add up to at least this.
-  // Right poses reach 1.5, wrong ones of three objects on cluttered desks 1.4.
+  // Right poses of three objects on a cluttered desk reach 1.5, wrong ones that are large 1.4.
   double min_evidence = 1.45;
-  double min_feature_evidence = 1.0;  // where features agree, too: half of it may be hidden
-  double min_plain_health = 0.7;      // of an object that is too plain for a look
-  double implausible_look = 0.2;      // templates that look like less are not gone on with
+  double min_feature_evidence = 1.35;  // where features agree, too
+  double min_health = 0.5;
+  // Few pixels prove less: below this size of the object (its diameter, px) evidence without
+  // features fades by the cube root.
+  double full_size_px = 200;
+  double min_plain_health = 0.7;  // of an object that is too plain for a look
+  double implausible_look = 0.2;  // templates that look like less are not gone on with
   template <class V>
   void visit(V& v) {
     v("max_features", max_features, Range{1, 100000});
@@ -85,6 +89,8 @@ struct DetectorOptions {
     v("templates", templates);
     v("min_evidence", min_evidence, Range{0, 2});
     v("min_feature_evidence", min_feature_evidence, Range{0, 2});
+    v("min_health", min_health, kFraction);
+    v("full_size_px", full_size_px, kNotNegative);
     v("min_plain_health", min_plain_health, kFraction);
     v("implausible_look", implausible_look, Range{-1, 1});
   }

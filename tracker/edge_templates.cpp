@@ -65,7 +65,8 @@ class ChamferCue : public Cue {
 void addShifted(const Image<uint8_t>& map, int dx, int dy, std::vector<uint16_t>& sums) {
   for (int y = 0; y < map.height; ++y) {
     uint16_t* const sum = sums.data() + static_cast<size_t>(y) * static_cast<size_t>(map.width);
-    const int from = std::clamp(-dx, 0, map.width), to = std::clamp(map.width - dx, from, map.width);
+    const int from = std::clamp(-dx, 0, map.width),
+              to = std::clamp(map.width - dx, from, map.width);
     const bool inside = y + dy >= 0 && y + dy < map.height;
     const int first = inside ? from : map.width, last = inside ? to : map.width;
     for (int x = 0; x < first; ++x) sum[x] = static_cast<uint16_t>(sum[x] + ChamferMaps::kChance);
@@ -95,8 +96,7 @@ EdgeTemplates::EdgeTemplates(const EdgeModel& model, const Camera& camera, const
   const Camera studio{CameraParameters{}};
   const EdgeSearch search(model, studio, rays, object, tracker_options);
   for (const Vector3d& direction : sphereDirections(options.views))
-    if (std::asin(direction.z()) >= options.lowest_view_rad)
-      addTemplate(direction, search, studio);
+    if (std::asin(direction.z()) >= options.lowest_view_rad) addTemplate(direction, search, studio);
 }
 
 void EdgeTemplates::addTemplate(const Vector3d& direction, const EdgeSearch& search,
@@ -178,7 +178,9 @@ std::optional<SE3> EdgeTemplates::poseOf(const Placed& placed, const ChamferMaps
              placed.distance * direction};
 }
 
-EdgeTemplates::Candidate EdgeTemplates::refine(SE3 T, const ChamferMaps& maps) const {
+EdgeTemplates::Candidate EdgeTemplates::refine(const SE3& T_camera_object,
+                                               const ChamferMaps& maps) const {
+  SE3 T = T_camera_object * SE3{Eigen::Quaterniond::Identity(), model_.centre_object};
   constexpr int kRounds = 2;
   SolverLimits limits;
   limits.iterations = 4;
@@ -201,12 +203,12 @@ std::vector<EdgeTemplates::Candidate> EdgeTemplates::find(const ChamferMaps& map
   std::vector<Candidate> candidates;
   for (const Placed& placed : place(maps)) {
     const auto T = poseOf(placed, maps);
-    if (T && plausible(*T * T_model_object)) candidates.push_back(refine(*T, maps));
+    if (T && plausible(*T * T_model_object))
+      candidates.push_back(refine(*T * T_model_object, maps));
     if (candidates.size() == static_cast<size_t>(options_.refined)) break;
   }
-  std::stable_sort(
-      candidates.begin(), candidates.end(),
-      [](const Candidate& a, const Candidate& b) { return a.ratio < b.ratio; });
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.ratio < b.ratio; });
   // Refinement leads many to the same pose.
   std::vector<Candidate> distinct;
   for (const Candidate& c : candidates) {

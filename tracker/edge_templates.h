@@ -27,6 +27,9 @@ class EdgeTemplates {
   // Poses that agree best with the image's edges, the best first, refined; at most `verified`.
   std::vector<Candidate> find(const ChamferMaps& maps, const Plausible& plausible) const;
 
+  // A pose T_camera_object moved to the image's edges, from further off than the tracker can.
+  Candidate refine(const SE3& T_camera_object, const ChamferMaps& maps) const;
+
  private:
   struct Point {
     Vector2d offset;  // from the centre's image, for focal length 1 and kViewDistance
@@ -49,7 +52,6 @@ class EdgeTemplates {
   void slide(const ChamferMaps& maps, Placed placed, std::vector<uint16_t>& sums,
              std::vector<Placed>& best) const;
   std::optional<SE3> poseOf(const Placed& placed, const ChamferMaps& maps) const;
-  Candidate refine(SE3 T_camera_model, const ChamferMaps& maps) const;
 
   const EdgeModel& model_;
   const Camera& camera_;

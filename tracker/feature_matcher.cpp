@@ -6,9 +6,9 @@
 namespace diorama {
 namespace {
 
-constexpr int kTrees = 4;        // as in Muja and Lowe (VISAPP 2009)
-constexpr int kChecks = 48;      // leaves looked at; twice as many find hardly more
-constexpr int kNeighbours = 8;   // one place is seen from several views
+constexpr int kTrees = 4;       // as in Muja and Lowe (VISAPP 2009)
+constexpr int kChecks = 48;     // leaves looked at; twice as many find hardly more
+constexpr int kNeighbours = 8;  // one place is seen from several views
 
 cv::Mat toFloats(const std::vector<uint8_t>& descriptors, int size) {
   const int rows = static_cast<int>(descriptors.size()) / size;
@@ -67,8 +67,8 @@ std::vector<FeatureMatch> FeatureMatcher::match(const Features& image, double ma
                static_cast<float>(same_place_m_))
       ++other;
     if (found[other] < 0) continue;
-    const double ratio =
-        std::sqrt(static_cast<double>(square[0]) / std::max(1e-9, static_cast<double>(square[other])));
+    const double ratio = std::sqrt(static_cast<double>(square[0]) /
+                                   std::max(1e-9, static_cast<double>(square[other])));
     if (ratio < max_ratio) matches.push_back({found[0], q, ratio});
   }
   return matches;

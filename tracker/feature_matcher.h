@@ -9,9 +9,9 @@
 namespace diorama {
 
 struct FeatureMatch {
-  int feature = 0;  // of the database
-  int point = 0;    // of the image
-  double ratio = 1; // distance of the descriptors over that to the nearest one from another place
+  int feature = 0;   // of the database
+  int point = 0;     // of the image
+  double ratio = 1;  // distance of the descriptors over that to the nearest one from another place
 };
 
 class FeatureMatcher {

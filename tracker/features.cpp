@@ -41,9 +41,9 @@ Features extractSift(const Image<uint8_t>& image, int limit) {
       ->detectAndCompute(view, cv::noArray(), points, descriptors);
   Features features;
   for (size_t i = 0; i < points.size(); ++i) {
-    features.points.push_back({Vector2d(static_cast<double>(points[i].pt.x),
-                                        static_cast<double>(points[i].pt.y)),
-                               kRadiusPerSize * static_cast<double>(points[i].size)});
+    features.points.push_back(
+        {Vector2d(static_cast<double>(points[i].pt.x), static_cast<double>(points[i].pt.y)),
+         kRadiusPerSize * static_cast<double>(points[i].size)});
     appendRootSift(descriptors.ptr<float>(static_cast<int>(i)), descriptors.cols,
                    features.descriptors);
   }
@@ -55,8 +55,7 @@ Features extractSurf(const Image<uint8_t>& image, int limit) {
   constexpr double kHalfWidth = 10;  // of the descriptor's window, in scales
   constexpr double kScale = 256;     // entries lie in [-0.5, 0.5], but for rare ones
   dlib::array2d<unsigned char> view(image.height, image.width);
-  for (int y = 0; y < image.height; ++y)
-    std::copy_n(image.row(y), image.width, &view[y][0]);
+  for (int y = 0; y < image.height; ++y) std::copy_n(image.row(y), image.width, &view[y][0]);
   Features features;
   for (const dlib::surf_point& point : dlib::get_surf_points(view, limit, kThreshold)) {
     features.points.push_back(

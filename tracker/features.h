@@ -12,7 +12,7 @@ namespace diorama {
 
 enum class FeatureKind { kSift, kSurf };
 
-std::string toString(FeatureKind kind);  // sift, surf
+std::string toString(FeatureKind kind);                      // sift, surf
 FeatureKind featureKindFromString(const std::string& name);  // a known name
 
 // Bytes of one descriptor. Distances between descriptors of one kind are Euclidean.

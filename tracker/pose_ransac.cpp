@@ -12,9 +12,9 @@ namespace {
 
 constexpr int kP3pSize = 3, kEpnpSize = 5;
 // Places whose training views are further apart do not show together on most objects.
-constexpr double kSameSide = 0.5;   // cosine of 60 degrees
+constexpr double kSameSide = 0.5;     // cosine of 60 degrees
 constexpr double kDegenerate = 0.02;  // sine: places of a sample on one line
-constexpr int kDraws = 8;           // for a partner from the same side
+constexpr int kDraws = 8;             // for a partner from the same side
 
 double errorPx(const SE3& T, const Camera& camera, const PointMatch& match) {
   const auto u = camera.project(T * match.p_object);
@@ -79,7 +79,9 @@ class Ransac {
  private:
   std::vector<int> draw(int sample) const;
   std::vector<SE3> solve(const std::vector<int>& chosen) const;
-  std::vector<int> inliers(const SE3& T) const;
+  std::vector<int> inliers(const SE3& T) const {
+    return agreeingMatches(matches_, camera_, T, options_.inlier_px);
+  }
   SE3 refine(const SE3& T, const std::vector<int>& used) const;
   double spread(const std::vector<int>& inliers) const;
 
@@ -115,8 +117,8 @@ std::vector<int> Ransac::draw(int sample) const {
   if (static_cast<int>(chosen.size()) < size) return {};
   const auto place = [&](size_t k) { return matches_[static_cast<size_t>(chosen[k])].p_object; };
   const Vector3d a = place(1) - place(0), b = place(2) - place(0);
-  if (!(a.cross(b).norm() > kDegenerate * diameter_ * diameter_ * kDegenerate +
-                                kDegenerate * a.norm() * b.norm()))
+  if (!(a.cross(b).norm() >
+        kDegenerate * diameter_ * diameter_ * kDegenerate + kDegenerate * a.norm() * b.norm()))
     return {};
   return chosen;
 }
@@ -140,29 +142,10 @@ std::vector<SE3> Ransac::solve(const std::vector<int>& chosen) const {
     return poses;
   }
   std::vector<cv::Mat> rotations, translations;
-  cv::solveP3P(places, pixels, identity, cv::noArray(), rotations, translations,
-               cv::SOLVEPNP_AP3P);
+  cv::solveP3P(places, pixels, identity, cv::noArray(), rotations, translations, cv::SOLVEPNP_AP3P);
   for (size_t k = 0; k < rotations.size(); ++k)
     poses.push_back(toPose(rotations[k], translations[k]));
   return poses;
-}
-
-// Of several matches of a pixel, and of several of a place, the first counts: one feature seen in
-// many training views is one witness.
-std::vector<int> Ransac::inliers(const SE3& T) const {
-  constexpr double kSamePixel = 1;
-  const Vector3d eye = T.inverse().translation;
-  std::vector<int> found;
-  for (size_t i = 0; i < matches_.size(); ++i) {
-    const PointMatch& match = matches_[i];
-    if (!(errorPx(T, camera_, match) < options_.inlier_px)) continue;
-    if ((eye - match.p_object).dot(match.view_direction) <= 0) continue;  // seen from behind
-    const bool repeated = std::any_of(found.begin(), found.end(), [&](int k) {
-      return (matches_[static_cast<size_t>(k)].u_px - match.u_px).norm() < kSamePixel;
-    });
-    if (!repeated) found.push_back(static_cast<int>(i));
-  }
-  return found;
 }
 
 SE3 Ransac::refine(const SE3& T, const std::vector<int>& used) const {
@@ -210,6 +193,23 @@ std::optional<RansacPose> Ransac::run() {
 }
 
 }  // namespace
+
+std::vector<int> agreeingMatches(const std::vector<PointMatch>& matches, const Camera& camera,
+                                 const SE3& T, double inlier_px) {
+  constexpr double kSamePixel = 1;
+  const Vector3d eye = T.inverse().translation;
+  std::vector<int> found;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    const PointMatch& match = matches[i];
+    if (!(errorPx(T, camera, match) < inlier_px)) continue;
+    if ((eye - match.p_object).dot(match.view_direction) <= 0) continue;  // seen from behind
+    const bool repeated = std::any_of(found.begin(), found.end(), [&](int k) {
+      return (matches[static_cast<size_t>(k)].u_px - match.u_px).norm() < kSamePixel;
+    });
+    if (!repeated) found.push_back(static_cast<int>(i));
+  }
+  return found;
+}
 
 std::optional<RansacPose> findPose(const std::vector<PointMatch>& matches, const Camera& camera,
                                    double diameter, const DetectorOptions& options,

@@ -17,15 +17,19 @@ struct PointMatch {
   Vector2d u_px;
 };
 
+// Matches that a pose agrees with, ascending. Of several matches of one pixel the first counts.
+std::vector<int> agreeingMatches(const std::vector<PointMatch>& matches, const Camera& camera,
+                                 const SE3& T_camera_object, double inlier_px);
+
 struct RansacPose {
   SE3 T_camera_object;
   std::vector<int> inliers;  // ascending
 };
 
-// RANSAC over minimal samples of P3P (Ke and Roumeliotis, CVPR 2017) or EPnP (Lepetit, Moreno-Noguer
-// and Fua, IJCV 2009), then robust Gauss-Newton over all inliers. Of the inliers that share a pixel
-// or a place one counts. Nothing with fewer than min_inliers, or when they lie within min_spread *
-// diameter. The same input gives the same pose.
+// RANSAC over minimal samples of P3P (Ke and Roumeliotis, CVPR 2017) or EPnP (Lepetit,
+// Moreno-Noguer and Fua, IJCV 2009), then robust Gauss-Newton over all inliers. Nothing with fewer
+// than min_inliers, or when they lie within min_spread * diameter. The same input gives the same
+// pose.
 std::optional<RansacPose> findPose(const std::vector<PointMatch>& matches, const Camera& camera,
                                    double diameter, const DetectorOptions& options,
                                    const Random& random, uint32_t frame);
