@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/fakes.h"
 
 namespace diorama {
@@ -95,6 +97,104 @@ TEST(Pipeline, FusedSurvivesAFrameWithoutOdometry) {
     lost |= event.source == "odometry" && event.event == "lost";
   EXPECT_TRUE(lost);
   ASSERT_TRUE(result.objects[0].T_camera_object.has_value());
+}
+
+// A detector that finds the box in the frames that it is told, at poseAt(0.01 * frame).
+class FakeDetector : public ObjectDetector {
+ public:
+  explicit FakeDetector(std::vector<int> finds) : finds_(std::move(finds)) {}
+
+  std::vector<std::optional<Detection>> detect(const Frame& frame,
+                                               std::span<const int> objects) override {
+    searched.push_back(frame.index);
+    std::vector<std::optional<Detection>> found(objects.size());
+    if (std::find(finds_.begin(), finds_.end(), frame.index) != finds_.end())
+      found.at(0) = Detection{poseAt(0.01 * frame.index), 0.9, 0.9, 12};
+    return found;
+  }
+
+  std::vector<int> searched;
+
+ private:
+  std::vector<int> finds_;
+};
+
+struct DetectRig : Rig {
+  FakeDetector* detector = nullptr;
+};
+
+DetectRig makeDetectRig(Method method, std::vector<bool> claims, std::vector<int> finds,
+                        const PipelineOptions& options = {}) {
+  DetectRig rig;
+  auto tracker = std::make_unique<FakeTracker>(
+      "box", [](int k) { return poseAt(0.01 * k); }, std::move(claims));
+  auto detector = std::make_unique<FakeDetector>(std::move(finds));
+  rig.tracker = tracker.get();
+  rig.detector = detector.get();
+  std::vector<PipelineObject> objects;
+  objects.push_back({"box", std::move(tracker), std::nullopt});
+  rig.pipeline = std::make_unique<Pipeline>(
+      method, std::move(objects),
+      std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}}),
+      MapperOptions{}, std::move(detector), options);
+  return rig;
+}
+
+std::vector<std::string> eventsOf(Pipeline& pipeline, int frames) {
+  std::vector<std::string> events;
+  for (int k = 0; k < frames; ++k)
+    for (const Event& event : pipeline.process(frameAt(k)).events) events.push_back(event.event);
+  return events;
+}
+
+TEST(PipelineDetection, StartsTheTrackerWhereTheObjectIsFound) {
+  DetectRig rig = makeDetectRig(Method::kEbt, {false, false, true, true}, {2});
+  EXPECT_EQ(eventsOf(*rig.pipeline, 4),
+            (std::vector<std::string>{"started", "detected", "tracked"}));
+  EXPECT_EQ(rig.detector->searched, (std::vector<int>{0, 1, 2}));
+  EXPECT_FALSE(rig.tracker->starts[1].has_value());
+  ASSERT_TRUE(rig.tracker->starts[2].has_value());
+  EXPECT_NEAR(rig.tracker->starts[2]->translation.x(), 0.02, 1e-12);
+  EXPECT_FALSE(rig.tracker->starts[3].has_value());
+}
+
+TEST(PipelineDetection, TrackerAloneLooksForALostObject) {
+  DetectRig rig = makeDetectRig(Method::kEbt, {true, false, false, true}, {0, 3});
+  EXPECT_EQ(eventsOf(*rig.pipeline, 4),
+            (std::vector<std::string>{"detected", "started", "tracked", "lost", "detected",
+                                      "reinitialised"}));
+  EXPECT_EQ(rig.detector->searched, (std::vector<int>{0, 2, 3}));
+}
+
+TEST(PipelineDetection, FusedTriesTheGraphFirstAndSearchesWhenThatLeadsToNothing) {
+  PipelineOptions options;
+  options.redetect_after_frames = 2;
+  DetectRig rig =
+      makeDetectRig(Method::kFused, {true, true, false, false, false, true}, {0, 5}, options);
+  eventsOf(*rig.pipeline, 6);
+  EXPECT_EQ(rig.detector->searched, (std::vector<int>{0, 4, 5}));
+  for (const int k : {3, 4, 5})
+    EXPECT_TRUE(rig.tracker->starts[static_cast<size_t>(k)].has_value()) << k;
+}
+
+TEST(PipelineDetection, SearchesEveryNthFrameOnly) {
+  PipelineOptions options;
+  options.search_every_frames = 3;
+  DetectRig rig = makeDetectRig(Method::kEbt, {}, {}, options);
+  eventsOf(*rig.pipeline, 8);
+  EXPECT_EQ(rig.detector->searched, (std::vector<int>{0, 3, 6}));
+}
+
+TEST(PipelineDetection, OdometryAloneCarriesTheObjectFromWhereItWasFound) {
+  DetectRig rig = makeDetectRig(Method::kVo, {}, {2});
+  FrameResult result;
+  for (int k = 0; k < 2; ++k) result = rig.pipeline->process(frameAt(k));
+  EXPECT_FALSE(result.objects[0].T_camera_object.has_value());
+  for (int k = 2; k < 5; ++k) result = rig.pipeline->process(frameAt(k));
+  ASSERT_TRUE(result.objects[0].T_camera_object.has_value());
+  EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.04, 1e-12);
+  EXPECT_EQ(rig.detector->searched, (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(rig.pipeline->finish().map.objects.size(), 1u);
 }
 
 }  // namespace

@@ -1,0 +1,71 @@
+// `train` and `--initial detect` as a user has them.
+#include <gmock/gmock.h>
+
+#include "app/metrics_json.h"
+#include "core/errors.h"
+#include "core/files.h"
+#include "tests/support/program.h"
+
+namespace diorama {
+namespace {
+
+using test::ProgramResult;
+using test::runDiorama;
+using ::testing::HasSubstr;
+
+TEST(Detection, ATrainedDatabaseStartsTheTrackByItself) {
+  const test::TemporaryFolder folder;
+  const std::string sequence = (folder / "sequence").string();
+  const ProgramResult render = runDiorama({"render", "scenes/orange_juice.yaml", "-o", sequence,
+                                           "--frames", "0:12", "--quality", "draft"},
+                                          folder);
+  ASSERT_EQ(render.code, 0) << render.err;
+  const ProgramResult train = runDiorama(
+      {"train", "orange_juice_carton", "-o", (folder / "carton.db").string(), "--set", "views=30"},
+      folder);
+  ASSERT_EQ(train.code, 0) << train.err;
+  EXPECT_THAT(train.out, HasSubstr("features in 90 views"));
+
+  // The sequence names the database, and its own initial pose is not looked at.
+  const auto yaml = std::filesystem::path(sequence) / "sequence.yaml";
+  std::string text = readFile(yaml);
+  const size_t at = text.find("initial_T_camera_object");
+  ASSERT_NE(at, std::string::npos);
+  text.insert(at, "database: ../carton.db\n    ");
+  writeFileAtomically(yaml, text);
+  for (const char* method : {"ebt", "fused"}) {
+    const ProgramResult run =
+        runDiorama({"run", sequence, "-o", (folder / method).string(), "--method", method,
+                    "--initial", "detect", "--no-video", "--expect", "success_5cm_5deg>=0.9",
+                    "--expect", "mean_error_m<=0.005", "--expect", "false_claim_ratio==0"},
+                   folder);
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(readFile(folder / method / "events.csv"), HasSubstr("orange_juice,detected,"));
+    EXPECT_EQ(metricsFromJson(folder / method / "metrics.json").initial, "detect");
+  }
+
+  std::string damaged = readFile(folder / "carton.db");
+  damaged[damaged.size() / 2] ^= 1;
+  writeFileAtomically(folder / "carton.db", damaged);
+  const ProgramResult run =
+      runDiorama({"run", sequence, "-o", (folder / "x").string(), "--initial", "detect"}, folder);
+  EXPECT_EQ(run.code, kExitBadData);
+  EXPECT_THAT(run.err, HasSubstr("carton.db: the database is damaged"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "x"));
+}
+
+TEST(Detection, SayWhatIsWrongWithTraining) {
+  const test::TemporaryFolder folder;
+  const ProgramResult missing =
+      runDiorama({"train", "orange_juice_cartn", "-o", (folder / "a.db").string()}, folder);
+  EXPECT_EQ(missing.code, kExitMissingInput);
+  EXPECT_THAT(missing.err, HasSubstr("did you mean `orange_juice_carton`?"));
+  const ProgramResult option = runDiorama(
+      {"train", "mug", "-o", (folder / "a.db").string(), "--set", "features=orb"}, folder);
+  EXPECT_EQ(option.code, kExitBadData);
+  EXPECT_THAT(option.err, HasSubstr("sift"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.db"));
+}
+
+}  // namespace
+}  // namespace diorama

@@ -1,0 +1,188 @@
+#include "tracker/database_detector.h"
+
+#include <gmock/gmock.h>
+
+#include "core/errors.h"
+#include "core/frame_source.h"
+#include "tests/support/matchers.h"
+#include "tests/tracker/box_scene.h"
+#include "tracker/view_sphere.h"
+
+namespace diorama {
+namespace {
+
+// The box alone from each view, one ray a pixel.
+class BoxPictures : public FrameSource {
+ public:
+  BoxPictures(test::BoxScene scene, std::vector<SE3> views)
+      : scene_(std::move(scene)), views_(std::move(views)) {
+    scene_.clutter = 0;
+  }
+  const Camera& camera() const override { return trainingCamera(); }
+  int frameCount() const override { return static_cast<int>(views_.size()); }
+  FrameAndTruth read(int index) override {
+    const SE3 T = views_[static_cast<size_t>(index)].inverse();
+    Frame frame;
+    frame.gray = Image<uint8_t>(camera().width(), camera().height());
+    for (int y = 0; y < camera().height(); ++y)
+      for (int x = 0; x < camera().width(); ++x) {
+        const Vector2d u(x, y);
+        const double grey = scene_.grey(T.translation, T.rotation * *camera().unproject(u), u);
+        frame.gray(x, y) = static_cast<uint8_t>(grey);
+      }
+    return {std::move(frame), std::nullopt};
+  }
+
+ private:
+  test::BoxScene scene_;
+  std::vector<SE3> views_;
+};
+
+TrainingOptions quickTraining() {
+  TrainingOptions options;
+  options.views = 16;
+  options.distances = 1;
+  options.nearest_diameters = 2;
+  return options;
+}
+
+// An upright box, three of its faces towards the camera.
+SE3 seenFrom(const Vector3d& direction, double distance) {
+  SE3 T = viewFrom(direction, distance, Vector3d(0, 0, 0.1));
+  T.translation += Vector3d(0.02, -0.01, 0);
+  return T;
+}
+
+struct Rig {
+  explicit Rig(double print) {
+    scene.print = print;
+    const ObjectModel model = scene.object();
+    BoxPictures pictures(scene, trainingViews(model.mesh, quickTraining()));
+    database = trainDatabase(model, scene.rays, 0, pictures, quickTraining());
+  }
+  DatabaseDetector detector() const {
+    return {{{scene.object(), database}}, scene.camera, std::make_shared<test::BoxRays>(scene.box)};
+  }
+  test::BoxScene scene;
+  ObjectDatabase database;
+};
+
+const int kOnly[] = {0};
+
+TEST(DatabaseDetector, FindsAPrintedBox) {
+  const Rig rig(40);
+  EXPECT_GT(rig.database.features.size(), 100u);
+  DatabaseDetector detector = rig.detector();
+  for (const Vector3d& side : {Vector3d(1, 0.7, 0.6), Vector3d(-0.4, 1, 0.5)}) {
+    const SE3 T = seenFrom(side, 0.5);
+    const Frame frame = rig.scene.draw(T, 0);
+    const auto found = detector.detect(frame, kOnly);
+    ASSERT_TRUE(found.at(0));
+    EXPECT_THAT(found[0]->T_camera_object, test::PoseNear(T, 0.01, 0.03));
+    EXPECT_GT(found[0]->inliers, 0);
+    EXPECT_EQ(detector.detect(frame, kOnly)[0]->T_camera_object.translation,
+              found[0]->T_camera_object.translation);
+  }
+}
+
+TEST(DatabaseDetector, FindsNothingInClutter) {
+  const Rig rig(40);
+  DatabaseDetector detector = rig.detector();
+  EXPECT_FALSE(detector.detect(rig.scene.draw(SE3{}, 0, true), kOnly).at(0));
+}
+
+TEST(DatabaseDetector, FindsAPlainBoxByItsEdges) {
+  const Rig rig(0);
+  DatabaseDetector detector = rig.detector();
+  const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
+  const auto found = detector.detect(rig.scene.draw(T, 0), kOnly);
+  ASSERT_TRUE(found.at(0));
+  EXPECT_EQ(found[0]->inliers, 0);
+  // A quarter turn looks the same without print.
+  double nearest = 1;
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::AngleAxisd turn(k * std::numbers::pi / 2, Vector3d::UnitZ());
+    nearest = std::min(nearest, angleBetween(found[0]->T_camera_object.rotation,
+                                             T.rotation * Eigen::Quaterniond(turn)));
+  }
+  EXPECT_LT(nearest, 0.05);
+  EXPECT_LT((found[0]->T_camera_object.translation - T.translation).norm(), 0.015);
+}
+
+TEST(DatabaseDetector, AnotherMeshOrImageSizeIsNoCrash) {
+  Rig rig(40);
+  DatabaseDetector detector = rig.detector();
+  Frame tiny;
+  tiny.gray = Image<uint8_t>(1, 1);
+  EXPECT_FALSE(detector.detect(tiny, kOnly).at(0));
+  EXPECT_TRUE(detector.detect(tiny, {}).empty());
+  rig.scene.box.high.z() = 0.21;
+  EXPECT_THROW(rig.detector(), InputError);
+}
+
+TEST(DatabaseDetector, WorksOnAnImageOfOnePixel) {
+  Rig rig(40);
+  rig.scene.camera = Camera{CameraParameters{CameraModel::kPinhole, 1, 1, 300, 300, 0, 0, {}}};
+  DatabaseDetector detector = rig.detector();
+  Frame tiny;
+  tiny.gray = Image<uint8_t>(1, 1);
+  EXPECT_FALSE(detector.detect(tiny, kOnly).at(0));
+}
+
+TEST(Features, BothKindsAreRepeatable) {
+  const test::BoxScene scene;
+  const Frame frame = scene.draw(test::boxPose(), 0);
+  for (const FeatureKind kind : {FeatureKind::kSift, FeatureKind::kSurf}) {
+    const Features features = extractFeatures(frame.gray, kind, 50);
+    EXPECT_GT(features.points.size(), 10u) << toString(kind);
+    EXPECT_LE(features.points.size(), 50u) << toString(kind);
+    EXPECT_EQ(features.descriptors.size(),
+              features.points.size() * static_cast<size_t>(descriptorSize(kind)));
+    EXPECT_EQ(extractFeatures(frame.gray, kind, 50).descriptors, features.descriptors);
+    EXPECT_TRUE(extractFeatures(Image<uint8_t>(1, 1), kind, 50).points.empty());
+    EXPECT_EQ(featureKindFromString(toString(kind)), kind);
+  }
+}
+
+TEST(CompareLooks, TellsTheRightPoseFromAWrongOneAndFromAPlainObject) {
+  const Rig printed(40), plain(0);
+  const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
+  const Vector3d centre(0, 0, 0.1);
+  const auto look = [&](const Rig& rig, const SE3& pose) {
+    return compareLooks(rig.database.looks, MeanImage(rig.scene.draw(T, 0).gray), rig.scene.camera,
+                        pose, centre);
+  };
+  const SE3 half_turn{Eigen::Quaterniond(0, 0, 0, 1), Vector3d::Zero()};
+  ASSERT_TRUE(look(printed, T));
+  EXPECT_GT(*look(printed, T), 0.8);
+  EXPECT_LT(*look(printed, T * half_turn), 0.5);
+  EXPECT_FALSE(look(plain, T));  // its faces differ by their light only
+  EXPECT_FALSE(look(printed, seenFrom(Vector3d(0, 0, 1), -0.5)));  // behind the camera
+}
+
+TEST(MeanImage, IsTheMeanOfWholePixelsInside) {
+  Image<uint8_t> image(4, 3);
+  for (size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = static_cast<uint8_t>(i);
+  const MeanImage means(image);
+  EXPECT_EQ(means.mean({1, 1}, 1), 5);
+  EXPECT_EQ(means.mean({1, 1}, 3), 5);
+  EXPECT_EQ(means.mean({0, 0}, 3), std::nullopt);
+  EXPECT_EQ(means.mean({1e12, 1}, 1), std::nullopt);
+}
+
+TEST(ViewSphere, LooksAtTheCentreFromAllAround) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& direction : sphereDirections(60)) {
+    EXPECT_NEAR(direction.norm(), 1, 1e-12);
+    sum += direction;
+    const Vector3d centre(0.1, -0.2, 0.3);
+    const SE3 T = viewFrom(direction, 0.7, centre);
+    EXPECT_LT((T * centre - Vector3d(0, 0, 0.7)).norm(), 1e-12);
+    EXPECT_LT((T.inverse().translation - centre - 0.7 * direction).norm(), 1e-12);
+    EXPECT_LE((T.rotation * Vector3d::UnitZ()).y(), 1e-12);  // upwards in the image
+  }
+  EXPECT_LT(sum.norm() / 60, 0.02);
+}
+
+}  // namespace
+}  // namespace diorama
