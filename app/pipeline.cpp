@@ -109,11 +109,12 @@ void Pipeline::measureObjects(const Frame& frame, FrameResult& result) {
       object.begun = true;
       object.T_world_object = T_world_camera_ * starts[i]->T_camera_object;
     }
-    object.unclaimed_frames = object.claimed ? 0 : object.unclaimed_frames + 1;
+    ++object.unclaimed_frames;
     if (method_ == Method::kVo) continue;
     ObjectMeasurement measurement = object.parts.tracker->track(frame, starts[i]);
     noteChange(object, measurement, result);
     object.claimed = measurement.claimed;
+    if (object.claimed) object.unclaimed_frames = 0;
     result.objects.push_back({std::move(measurement), std::nullopt});
   }
   result.tracker_ms = watch.ms();
