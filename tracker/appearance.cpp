@@ -123,4 +123,16 @@ std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const
   return known.dot(seen) / (known.norm() * std::max(seen.norm(), plain));
 }
 
+bool isPlain(const DatabaseLook& look) {
+  const Eigen::Index n = static_cast<Eigen::Index>(look.points.size());
+  if (n < kFewest) return true;
+  Regressors regressors(n, 4);
+  Eigen::VectorXd known(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    regressors.row(i) << look.normals[static_cast<size_t>(i)].cast<double>().transpose(), 1;
+    known[i] = std::log(kDark + look.grey[static_cast<size_t>(i)]);
+  }
+  return unexplained(regressors, known).norm() < kPlain * std::sqrt(static_cast<double>(n));
+}
+
 }  // namespace diorama

@@ -47,4 +47,7 @@ std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const
                                    const Camera& camera, const SE3& T_camera_object,
                                    const Vector3d& centre_object);
 
+// Whether a look shows too little print to be compared.
+bool isPlain(const DatabaseLook& look);
+
 }  // namespace diorama

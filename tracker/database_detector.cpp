@@ -60,10 +60,11 @@ class DatabaseDetector::Finder {
         model_(makeEdgeModel(object.model.mesh, tracker_options_)),
         matcher_(database_, options.same_place * diameter_),
         verifier_(std::move(object.model), camera, rays_, index, tracker_options),
+        plain_(std::all_of(database_.looks.begin(), database_.looks.end(), isPlain)),
         templates_(model_, camera_, *rays_, index, tracker_options_, options_.templates) {}
 
   // Whether features are not to be relied on.
-  bool isPlain() const {
+  bool hasFewFeatures() const {
     return static_cast<double>(database_.features.size()) <=
            options_.templates.max_features * static_cast<double>(database_.views.size());
   }
@@ -90,6 +91,7 @@ class DatabaseDetector::Finder {
   const EdgeModel model_;
   const FeatureMatcher matcher_;
   EdgeTracker verifier_;
+  const bool plain_;  // it has no print at all
   const EdgeTemplates templates_;
 };
 
@@ -122,18 +124,28 @@ std::optional<Detection> DatabaseDetector::Finder::findByFeatures(const Picture&
 std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& picture,
                                                            const std::vector<PointMatch>& matches,
                                                            const RansacPose& pose) {
-  for (const bool moved : {false, true}) {
-    const SE3 start = moved
-                          ? templates_.refine(pose.T_camera_object, picture.edges()).T_camera_object
-                          : pose.T_camera_object;
+  const SE3& T = pose.T_camera_object;
+  std::optional<Detection> best;
+  double best_score = 0;
+  const auto tryFrom = [&](const SE3& start) {
     Detection detection = examine(picture, start);
+    const auto agreeing = [&](double inlier_px) {
+      return agreeingMatches(matches, camera_, detection.T_camera_object, inlier_px).size();
+    };
     // The edges may have led astray: the features must still agree.
-    const size_t agreeing =
-        agreeingMatches(matches, camera_, detection.T_camera_object, 2 * options_.inlier_px).size();
-    detection.inliers = static_cast<int>(agreeing);
-    if (2 * agreeing >= pose.inliers.size() && isProven(detection)) return detection;
-  }
-  return std::nullopt;
+    const size_t loosely = agreeing(2 * options_.inlier_px);
+    detection.inliers = static_cast<int>(loosely);
+    if (2 * loosely < pose.inliers.size() || !isProven(detection)) return;
+    const double closely = static_cast<double>(agreeing(0.4 * options_.inlier_px));
+    const double score = evidence(detection) + closely / static_cast<double>(loosely);
+    if (best && score <= best_score) return;
+    best = detection;
+    best_score = score;
+  };
+  tryFrom(T);
+  tryFrom(tiltedTheOtherWay(T, matches, pose.inliers));
+  if (!best) tryFrom(templates_.refine(T, picture.edges()).T_camera_object);
+  return best;
 }
 
 // The best of the candidates: another view of the object may be nearly as good.
@@ -168,7 +180,7 @@ double DatabaseDetector::Finder::evidence(const Detection& detection) const {
 
 bool DatabaseDetector::Finder::isProven(const Detection& detection) const {
   if (detection.health < options_.min_health) return false;
-  if (!detection.look) return evidence(detection) >= options_.min_plain_health;
+  if (!detection.look) return plain_ && evidence(detection) >= options_.min_plain_health;
   return evidence(detection) >=
          (detection.inliers > 0 ? options_.min_feature_evidence : options_.min_evidence);
 }
@@ -198,7 +210,7 @@ std::vector<std::optional<Detection>> DatabaseDetector::detect(const Frame& fram
   for (size_t i = 0; i < objects.size(); ++i) {
     Finder& finder = *finders_[static_cast<size_t>(objects[i])];
     detections[i] = finder.findByFeatures(picture);
-    if (!detections[i] && finder.isPlain()) detections[i] = finder.findByEdges(picture);
+    if (!detections[i] && finder.hasFewFeatures()) detections[i] = finder.findByEdges(picture);
   }
   return detections;
 }

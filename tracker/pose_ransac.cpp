@@ -1,7 +1,7 @@
 #include "tracker/pose_ransac.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 
@@ -215,6 +215,24 @@ std::optional<RansacPose> findPose(const std::vector<PointMatch>& matches, const
                                    double diameter, const DetectorOptions& options,
                                    const Random& random, uint32_t frame) {
   return Ransac(matches, camera, diameter, options, random, frame).run();
+}
+
+SE3 tiltedTheOtherWay(const SE3& T, const std::vector<PointMatch>& matches,
+                      const std::vector<int>& inliers) {
+  Vector3d mean = Vector3d::Zero();
+  for (const int i : inliers) mean += matches[static_cast<size_t>(i)].p_object;
+  mean /= static_cast<double>(inliers.size());
+  Matrix3d scatter = Matrix3d::Zero();
+  for (const int i : inliers) {
+    const Vector3d d = matches[static_cast<size_t>(i)].p_object - mean;
+    scatter += d * d.transpose();
+  }
+  const Vector3d centre = T * mean, line_of_sight = centre.normalized();
+  const Vector3d normal =
+      T.rotation * Eigen::SelfAdjointEigenSolver<Matrix3d>(scatter).eigenvectors().col(0);
+  const Vector3d mirrored = 2 * normal.dot(line_of_sight) * line_of_sight - normal;
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(normal, mirrored);
+  return {(turn * T.rotation).normalized(), centre - turn * (T.rotation * mean)};
 }
 
 }  // namespace diorama

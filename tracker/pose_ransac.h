@@ -34,4 +34,9 @@ std::optional<RansacPose> findPose(const std::vector<PointMatch>& matches, const
                                    double diameter, const DetectorOptions& options,
                                    const Random& random, uint32_t frame);
 
+// The pose that explains a flat, distant set of places nearly as well: their plane tilted the other
+// way (Schweighofer and Pinz, Robust pose estimation from a planar target, PAMI 2006).
+SE3 tiltedTheOtherWay(const SE3& T_camera_object, const std::vector<PointMatch>& matches,
+                      const std::vector<int>& inliers);
+
 }  // namespace diorama
