@@ -157,6 +157,8 @@ TEST(CompareLooks, TellsTheRightPoseFromAWrongOneAndFromAPlainObject) {
   EXPECT_GT(*look(printed, T), 0.8);
   EXPECT_LT(*look(printed, T * half_turn), 0.5);
   EXPECT_FALSE(look(plain, T));  // its faces differ by their light only
+  EXPECT_TRUE(isPlain(plain.database.looks[0]));
+  EXPECT_FALSE(isPlain(printed.database.looks[0]));
   EXPECT_FALSE(look(printed, seenFrom(Vector3d(0, 0, 1), -0.5)));  // behind the camera
 }
 

@@ -83,5 +83,26 @@ TEST(AgreeingMatches, APlaceSeenFromBehindDoesNotAgree) {
   EXPECT_TRUE(agreeingMatches(matches, camera(), test::boxPose(), 5).empty());
 }
 
+TEST(TiltedTheOtherWay, ProjectsAFlatSideToNearlyTheSamePixels) {
+  // The side x = 0.05 of a box, a metre away and seen at a slant.
+  SE3 T = test::boxPose();
+  T.translation = Vector3d(0, 0, 1);
+  std::vector<PointMatch> matches = makeMatches(20, 0);
+  std::vector<int> all;
+  for (size_t i = 0; i < matches.size(); ++i) {
+    matches[i].p_object.x() = 0.05;
+    all.push_back(static_cast<int>(i));
+  }
+  const SE3 other = tiltedTheOtherWay(T, matches, all);
+  EXPECT_GT(angleBetween(other.rotation, T.rotation), 0.2);
+  double worst_px = 0;
+  for (const PointMatch& match : matches)
+    worst_px = std::max(
+        worst_px,
+        (*camera().project(other * match.p_object) - *camera().project(T * match.p_object)).norm());
+  EXPECT_LT(worst_px, 12);  // of some 100 px
+  EXPECT_THAT(tiltedTheOtherWay(other, matches, all), test::PoseNear(T, 1e-9, 1e-9));
+}
+
 }  // namespace
 }  // namespace diorama
