@@ -73,8 +73,8 @@ struct DetectorOptions {
   // Few pixels prove less: below this size of the object (its diameter, px) evidence without
   // features fades by the cube root.
   double full_size_px = 200;
-  double min_plain_health = 0.85;  // of an object that is too plain for a look
-  double implausible_look = 0.2;   // templates that look like less are not gone on with
+  double min_plain_health = 0.8;  // of an object that is too plain for a look
+  double implausible_look = 0.2;  // templates that look like less are not gone on with
   template <class V>
   void visit(V& v) {
     v("max_features", max_features, Range{1, 100000});

@@ -94,7 +94,7 @@ TEST(DatabaseDetector, FindsNothingInClutter) {
 TEST(DatabaseDetector, FindsAPlainBoxByItsEdges) {
   const Rig rig(0);
   DatabaseDetector detector = rig.detector();
-  const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
+  const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.4);
   const auto found = detector.detect(rig.scene.draw(T, 0), kOnly);
   ASSERT_TRUE(found.at(0));
   EXPECT_EQ(found[0]->inliers, 0);
