@@ -78,6 +78,7 @@ class Ransac {
 
  private:
   std::vector<int> draw(int sample) const;
+  int samplesNeeded(size_t inliers) const;
   std::vector<SE3> solve(const std::vector<int>& chosen) const;
   std::vector<int> inliers(const SE3& T) const {
     return agreeingMatches(matches_, camera_, T, options_.inlier_px);
@@ -148,6 +149,15 @@ std::vector<SE3> Ransac::solve(const std::vector<int>& chosen) const {
   return poses;
 }
 
+// So many that one of inliers alone is among them, but for one case in a million.
+int Ransac::samplesNeeded(size_t inliers) const {
+  constexpr double kLogMiss = -13.8;
+  const double share = static_cast<double>(inliers) / static_cast<double>(matches_.size());
+  const double good = std::pow(share, options_.solver == "epnp" ? kEpnpSize : kP3pSize);
+  if (good >= 1) return 1;
+  return static_cast<int>(std::min(kLogMiss / std::log1p(-good) + 1, 1e9));
+}
+
 SE3 Ransac::refine(const SE3& T, const std::vector<int>& used) const {
   // Inliers lie within inlier_px: a third of it is their standard deviation.
   PointCue cue(matches_, used, camera_, options_.inlier_px / 3);
@@ -171,13 +181,16 @@ double Ransac::spread(const std::vector<int>& inliers) const {
 std::optional<RansacPose> Ransac::run() {
   if (matches_.size() < static_cast<size_t>(options_.min_inliers)) return std::nullopt;
   RansacPose best;
-  for (int sample = 0; sample < options_.samples; ++sample) {
+  int needed = options_.samples;
+  for (int sample = 0; sample < needed; ++sample) {
     const std::vector<int> chosen = draw(sample);
     if (chosen.empty()) continue;
     for (const SE3& T : solve(chosen)) {
       if (!T.isFinite()) continue;
       std::vector<int> agreeing = inliers(T);
-      if (agreeing.size() > best.inliers.size()) best = {T, std::move(agreeing)};
+      if (agreeing.size() <= best.inliers.size()) continue;
+      best = {T, std::move(agreeing)};
+      needed = std::min(needed, samplesNeeded(best.inliers.size()));
     }
   }
   for (int round = 0; round < 3 && best.inliers.size() >= 4; ++round) {
