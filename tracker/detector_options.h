@@ -69,7 +69,7 @@ struct DetectorOptions {
   // Right poses of three objects on a cluttered desk reach 1.5, wrong ones that are large 1.4.
   double min_evidence = 1.45;
   double min_feature_evidence = 1.35;  // where features agree, too
-  double min_health = 0.5;
+  double min_health = 0.5;             // in any case
   // Few pixels prove less: below this size of the object (its diameter, px) evidence without
   // features fades by the cube root.
   double full_size_px = 200;
