@@ -66,7 +66,7 @@ struct DetectorOptions {
   int hypotheses = 3;              // for each object, the next without the inliers of the last
   TemplateOptions templates = {};  // for objects without texture
   // Verification: the health of the edges (0 to 1) and the look (-1 to 1) add up to at least this.
-  // Right poses of three objects on a cluttered desk reach 1.5, wrong ones that are large 1.4.
+  // Right poses of three objects on a cluttered desk reach 1.5, wrong ones mostly stay below 1.4.
   double min_evidence = 1.45;
   double min_feature_evidence = 1.35;  // where features agree, too
   double min_health = 0.5;             // in any case
