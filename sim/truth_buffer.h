@@ -19,6 +19,7 @@ struct VisibleTriangles {
   bool nothing = false;  // some pixels show no triangle
 
   void add(int t) {
+    if (count > kMost) return;
     for (int k = 0; k < count; ++k)
       if (triangle[static_cast<size_t>(k)] == t) return;
     if (count < kMost) triangle[static_cast<size_t>(count)] = t;
