@@ -53,32 +53,19 @@ Scene studio(const ModelFile& file, const std::vector<SE3>& views) {
   return scene;
 }
 
-// A source that reports what was read.
-class Reported : public FrameSource {
- public:
-  Reported(FrameSource& source, const std::string& name)
-      : source_(source), progress_("training " + name, source.frameCount()) {}
-  const Camera& camera() const override { return source_.camera(); }
-  int frameCount() const override { return source_.frameCount(); }
-  FrameAndTruth read(int index) override {
-    throwIfInterrupted();
-    progress_.update(index + 1);
-    return source_.read(index);
-  }
-
- private:
-  FrameSource& source_;
-  Progress progress_;
-};
-
 }  // namespace
 
 ObjectDatabase trainFrom(const ModelFile& file, const ObjectModel& model,
                          const TrainingOptions& options) {
   const EmbreeRayQuery rays({&model.mesh, 1});
   Simulator simulator(studio(file, trainingViews(model.mesh, options)));
-  Reported pictures(simulator, model.name);
-  return trainDatabase(model, rays, 0, pictures, options);
+  Progress progress("training " + model.name, simulator.frameCount());
+  const auto picture = [&](int index) {
+    throwIfInterrupted();
+    progress.update(index + 1);
+    return simulator.read(index).frame;
+  };
+  return trainDatabase(model, rays, 0, picture, options);
 }
 
 ObjectDatabase trainOrRemember(const ModelFile& file, const ObjectModel& model,

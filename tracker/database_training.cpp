@@ -2,7 +2,6 @@
 #include <numbers>
 
 #include "core/errors.h"
-#include "core/frame_source.h"
 #include "core/sha256.h"
 #include "tracker/object_database.h"
 #include "tracker/view_sphere.h"
@@ -75,17 +74,17 @@ std::string meshChecksum(const Mesh& mesh) {
 }
 
 ObjectDatabase trainDatabase(const ObjectModel& model, const RayQuery& rays, int object_index,
-                             FrameSource& pictures, const TrainingOptions& options) {
+                             const std::function<Frame(int)>& picture,
+                             const TrainingOptions& options) {
   ObjectDatabase database;
   database.name = model.name;
   database.mesh_sha256 = meshChecksum(model.mesh);
   database.kind = featureKindFromString(options.features);
   database.views = trainingViews(model.mesh, options);
-  DIORAMA_CHECK(pictures.frameCount() == static_cast<int>(database.views.size()));
   const size_t size = static_cast<size_t>(descriptorSize(database.kind));
   for (size_t view = 0; view < database.views.size(); ++view) {
     const SE3 T_object_camera = database.views[view].inverse();
-    const Frame frame = pictures.read(static_cast<int>(view)).frame;
+    const Frame frame = picture(static_cast<int>(view));
     const Features features = extractFeatures(frame.gray, database.kind, options.features_per_view);
     for (size_t i = 0; i < features.points.size(); ++i) {
       const Features::Point& point = features.points[i];

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "core/camera.h"
+#include "core/frame.h"
 #include "core/object_model.h"
 #include "core/ray_query.h"
 #include "core/se3.h"
@@ -15,8 +17,6 @@
 #include "tracker/features.h"
 
 namespace diorama {
-
-class FrameSource;
 
 struct DatabaseFeature {
   Vector3f p_object;  // m, on the surface
@@ -42,11 +42,13 @@ std::string meshChecksum(const Mesh& mesh);
 const Camera& trainingCamera();
 std::vector<SE3> trainingViews(const Mesh& mesh, const TrainingOptions& options);
 
-// Detects features in the pictures and lifts them to the surface by rays. Frame k of `pictures`
-// shows the object alone from trainingViews()[k]; the ray query holds its mesh as object number
-// object_index. An object without any print gives a database without features, and that is right.
+// Detects features in pictures and lifts them to the surface by rays. `picture(k)`, asked for in
+// order, shows the object alone from trainingViews()[k]; the ray query holds its mesh as object
+// number object_index. An object without any print gives a database without features, and that is
+// right.
 ObjectDatabase trainDatabase(const ObjectModel& model, const RayQuery& rays, int object_index,
-                             FrameSource& pictures, const TrainingOptions& options);
+                             const std::function<Frame(int)>& picture,
+                             const TrainingOptions& options);
 
 // One file: a version, the content, and a checksum (docs/formats.md). Throws OutputError.
 void writeDatabase(const ObjectDatabase& database, const std::filesystem::path& file);

@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include "core/errors.h"
-#include "core/frame_source.h"
 #include "tests/support/matchers.h"
 #include "tests/tracker/box_scene.h"
 #include "tracker/view_sphere.h"
@@ -11,32 +10,20 @@
 namespace diorama {
 namespace {
 
-// The box alone from each view, one ray a pixel.
-class BoxPictures : public FrameSource {
- public:
-  BoxPictures(test::BoxScene scene, std::vector<SE3> views)
-      : scene_(std::move(scene)), views_(std::move(views)) {
-    scene_.clutter = 0;
-  }
-  const Camera& camera() const override { return trainingCamera(); }
-  int frameCount() const override { return static_cast<int>(views_.size()); }
-  FrameAndTruth read(int index) override {
-    const SE3 T = views_[static_cast<size_t>(index)].inverse();
-    Frame frame;
-    frame.gray = Image<uint8_t>(camera().width(), camera().height());
-    for (int y = 0; y < camera().height(); ++y)
-      for (int x = 0; x < camera().width(); ++x) {
-        const Vector2d u(x, y);
-        const double grey = scene_.grey(T.translation, T.rotation * *camera().unproject(u), u);
-        frame.gray(x, y) = static_cast<uint8_t>(grey);
-      }
-    return {std::move(frame), std::nullopt};
-  }
-
- private:
-  test::BoxScene scene_;
-  std::vector<SE3> views_;
-};
+// The box alone, one ray a pixel.
+Frame boxFrom(const SE3& T_camera_object, const test::BoxScene& scene) {
+  const Camera& camera = trainingCamera();
+  const SE3 T = T_camera_object.inverse();
+  Frame frame;
+  frame.gray = Image<uint8_t>(camera.width(), camera.height());
+  for (int y = 0; y < camera.height(); ++y)
+    for (int x = 0; x < camera.width(); ++x) {
+      const Vector2d u(x, y);
+      const double grey = scene.grey(T.translation, T.rotation * *camera.unproject(u), u);
+      frame.gray(x, y) = static_cast<uint8_t>(grey);
+    }
+  return frame;
+}
 
 TrainingOptions quickTraining() {
   TrainingOptions options;
@@ -57,8 +44,11 @@ struct Rig {
   explicit Rig(double print) {
     scene.print = print;
     const ObjectModel model = scene.object();
-    BoxPictures pictures(scene, trainingViews(model.mesh, quickTraining()));
-    database = trainDatabase(model, scene.rays, 0, pictures, quickTraining());
+    test::BoxScene alone = scene;
+    alone.clutter = 0;
+    const std::vector<SE3> views = trainingViews(model.mesh, quickTraining());
+    const auto picture = [&](int k) { return boxFrom(views[static_cast<size_t>(k)], alone); };
+    database = trainDatabase(model, scene.rays, 0, picture, quickTraining());
   }
   DatabaseDetector detector() const {
     return {{{scene.object(), database}}, scene.camera, std::make_shared<test::BoxRays>(scene.box)};
