@@ -141,7 +141,7 @@ void MovingObjects::traceCenters(int tile, const PacketRays& packet, int y, Cent
     centers.mask |= hits.mask;
     if (draft == nullptr) return;
     const Surface surface =
-        shading::surfaceAt<2>(scene, light_.of(k), rays, hits, splat(packet.pixel), 0.25f);
+        shading::surfaceOfPixel(scene, light_.of(k), rays, hits, splat(packet.pixel));
     *draft = simd::select(hits.mask, shading::radianceOf(scene, light_.of(k), rays, hits, surface),
                           *draft);
   };
@@ -161,8 +161,8 @@ void MovingObjects::drawSample(int tile, const PacketRays& packet, int y,
     const RenderScene& scene = *objects_[k].scene;
     const SamplePattern& pattern = rows(k).first;
     const Surface surface =
-        shading::surfaceAt<1>(scene, light_.of(k), rays, hits,
-                              splat(packet.pixel * pattern.footprint), sampleOf(pattern).dither);
+        shading::surfaceAt(scene, light_.of(k), rays, hits, splat(packet.pixel * pattern.footprint),
+                           splat(sampleOf(pattern).dither));
     color = simd::select(hits.mask, shading::radianceOf(scene, light_.of(k), rays, hits, surface),
                          color);
   };

@@ -7,6 +7,7 @@
 #include "core/errors.h"
 #include "sim/light_grid.h"
 #include "sim/mesh_import.h"
+#include "sim/patches.h"
 
 namespace diorama {
 namespace {
@@ -134,6 +135,7 @@ bool markLamp(RenderScene& scene, uint32_t triangle) {
 }
 
 void finish(RenderScene& scene) {
+  findPatches(scene);
   scene.is_lamp.resize(scene.triangles.size());
   for (uint32_t k = 0; k < scene.triangles.size(); ++k) scene.is_lamp[k] = markLamp(scene, k);
   scene.corners.emplace_back(Vector3f::Zero());  // spare

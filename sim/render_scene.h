@@ -25,6 +25,7 @@ struct alignas(128) ShadingTriangle {
   int light_resolution = 1;                      // intervals along an edge
   int material = 0;
   int instance = 0;  // 0: environment, i + 1: object i of the scene
+  int patch = 0;     // sim/patches.h
 };
 
 struct ShadingMaterial {

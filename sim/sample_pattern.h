@@ -20,10 +20,18 @@ struct PixelSample {
       0;  // in [0, 1): between two mip levels; the same for samples that mirror each other
 };
 
+// Eight samples of one pixel, one a lane.
+struct SampleLanes {
+  simd::Float8 du, dv;
+  simd::Vector8 origin, axis_x, axis_y, axis_z;
+  simd::Float8 dither;
+};
+
 struct SamplePattern {
-  std::vector<PixelSample> base;   // for every pixel
-  std::vector<PixelSample> extra;  // as many again, where an edge needs them; may be empty
-  float footprint = 1;             // of one sample, px
+  std::vector<PixelSample> base;                     // for every pixel
+  std::vector<PixelSample> extra;                    // as many again, where an edge needs them
+  std::vector<SampleLanes> base_lanes, extra_lanes;  // the same samples
+  float footprint = 1;                               // of one sample, px
 };
 
 // The patterns of the two rows of a packet: the same but for the camera's poses.
@@ -40,6 +48,13 @@ inline RayPacket raysOf(const PacketRays& packet, const PixelSample& s) {
           simd::splat3(s.axis_x) * x + simd::splat3(s.axis_y) * y + simd::splat3(s.axis_z)};
 }
 
+// Eight samples of the pixel in a lane of the packet.
+inline RayPacket raysOf(const PacketRays& packet, size_t lane, const SampleLanes& s) {
+  const simd::Float8 x = packet.x[lane] + (s.du * packet.dx_du + s.dv * packet.dx_dv);
+  const simd::Float8 y = packet.y[lane] + (s.du * packet.dy_du + s.dv * packet.dy_dv);
+  return {s.origin, s.axis_x * x + s.axis_y * y + s.axis_z};
+}
+
 // Samples of both rows differ in the camera's pose alone.
 inline RayPacket raysOf(const PacketRays& packet, const PixelSample& first,
                         const PixelSample& second) {
@@ -51,16 +66,17 @@ inline RayPacket raysOf(const PacketRays& packet, const PixelSample& first,
 class MovingPattern {
  public:
   MovingPattern() = default;
-  // `count` is 4, 8, 16 or 32: each sample has a row, a column and a moment of its own.
-  MovingPattern(int count, bool extra, const ExposureMotion& motion, int height, WorkerPool& pool);
+  // `count` is 8, 16 or 32: each sample has a row, a column and a moment of its own.
+  MovingPattern(int count, float footprint, const ExposureMotion& motion, int height,
+                WorkerPool& pool);
 
   // Of the packet whose first row is y.
-  PatternRows rows(int y) const { return {at(y), at(y + 1)}; }
-
- private:
-  const SamplePattern& at(int y) const {
+  PatternRows rows(int y) const { return {(*this)[y], (*this)[y + 1]}; }
+  const SamplePattern& operator[](int y) const {
     return by_row_[std::min(static_cast<size_t>(y), by_row_.size() - 1)];
   }
+
+ private:
   std::vector<SamplePattern> by_row_;
 };
 

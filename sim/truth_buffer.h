@@ -1,9 +1,7 @@
-// Depth and instance id at pixel centres while a frame is being drawn.
+// Depth, instance id and patch (sim/patches.h) at pixel centres while a frame is being drawn.
 #pragma once
 
 #include <array>
-#include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "sim/renderer.h"
@@ -13,18 +11,15 @@ namespace diorama {
 
 // Different triangles in some pixels, in the order in which they were met.
 struct VisibleTriangles {
-  static constexpr int kMost = 24;
+  static constexpr int kMost = 16;
   int count = 0;  // kMost + 1: more than are listed
   std::array<int, kMost> triangle{};
   bool nothing = false;  // some pixels show no triangle
+};
 
-  void add(int t) {
-    if (count > kMost) return;
-    for (int k = 0; k < count; ++k)
-      if (triangle[static_cast<size_t>(k)] == t) return;
-    if (count < kMost) triangle[static_cast<size_t>(count)] = t;
-    ++count;
-  }
+// How far around a pixel to look, px.
+struct Reach {
+  int x, y;
 };
 
 // Rows are padded to whole tiles; threads write disjoint packets.
@@ -32,10 +27,14 @@ class TruthBuffer {
  public:
   TruthBuffer(int padded_width, int padded_height);
 
-  // A packet of two rows of four pixels, the first row in lanes 0-3; triangle -1 where nothing is
-  // hit. Lanes that are not valid show nothing of interest.
-  void put(int x, int y, simd::Float8 depth_m, simd::Int8 instance, simd::Int8 triangle,
-           simd::Int8 valid);
+  // What a packet's pixels show instead of a patch where that is no help.
+  static constexpr int kNothing = 0, kUnknown = -1;
+
+  // A packet of two rows of four pixels, the first row in lanes 0-3. Patches are unknown where
+  // there is no ray, or where things move by themselves.
+  // Triangles are those of what rests, -1 where nothing is hit.
+  void put(int x, int y, simd::Float8 depth_m, simd::Int8 instance, simd::Int8 patch,
+           simd::Int8 triangle);
 
   float depth(int x, int y) const { return depth_[at(x, y)]; }  // 0 = nothing hit
   int instance(int x, int y) const { return instance_[at(x, y)]; }
@@ -44,9 +43,12 @@ class TruthBuffer {
   // differ, or inverse depth, which is linear in the image of a plane, bends.
   bool hasEdge(int x, int y, int width, int height) const;
 
-  // All that the packet at (x, y) and the packets around it show, `columns` to the left and right
-  // and `rows` upwards and downwards. Nothing when that is too much or reaches beyond the image.
-  std::optional<VisibleTriangles> trianglesAround(int x, int y, int columns, int rows) const;
+  // Bit per lane of the packet at (x, y): whether the pixels up to `reach` from it show more than
+  // one patch, or one that is bent.
+  int roughPixels(int x, int y, Reach reach, int width, int height) const;
+
+  // What the packet at (x, y) and the pixels up to `reach` around it show.
+  VisibleTriangles trianglesAround(int x, int y, Reach reach, int width, int height) const;
 
   void copyTo(RenderedFrame& frame, int width, int height) const;
 
@@ -54,10 +56,15 @@ class TruthBuffer {
   size_t at(int x, int y) const {
     return static_cast<size_t>(y) * static_cast<size_t>(stride_) + static_cast<size_t>(x);
   }
-  int stride_;
+  bool isEven(int x, int y, Reach reach) const;
+  bool isMixed(int x, int y, Reach reach, int width, int height) const;
+  int bentPixels(int x, int y, Reach reach) const;
+
+  int stride_, rows_;
   std::vector<float> depth_, inverse_depth_;
-  std::vector<int> instance_;
-  std::vector<VisibleTriangles> packets_;  // rows of stride_ / 4
+  std::vector<int> instance_, patch_, triangle_;
+  std::vector<int>
+      packets_;  // the patch of all pixels of a packet or kUnknown; rows of stride_ / 4
 };
 
 }  // namespace diorama

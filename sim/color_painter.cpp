@@ -1,0 +1,90 @@
+#include "sim/color_painter.h"
+
+#include <algorithm>
+
+#include "sim/shading.h"
+
+namespace diorama {
+
+using simd::Float8;
+using simd::Int8;
+using simd::splat;
+using simd::Vector8;
+
+namespace {
+
+float least(Float8 v) {
+  float result = v[0];
+  for (int k = 1; k < 8; ++k) result = std::min(result, v[k]);
+  return result;
+}
+float greatest(Float8 v) { return -least(-v); }
+
+}  // namespace
+
+Vector8 ColorPainter::sharp(const PacketRays& packet, const RayPacket& rays,
+                            const PacketHits& hits) const {
+  if (!simd::bits(hits.mask)) return simd::splat3(scene.sky);
+  const Surface surface = shading::surfaceOfPixel(scene, light, rays, hits, splat(packet.pixel));
+  return shading::radianceOf(scene, light, rays, hits, surface);
+}
+
+Vector8 ColorPainter::smooth(const PacketRays& packet, const RayPacket& rays,
+                             const PacketHits& hits, const PatternRows& pattern) const {
+  if (!simd::bits(hits.mask)) return simd::splat3(scene.sky);
+  TriangleLanes t;
+  shading::loadTriangles(scene, hits, t);
+  const ViewedPoint point = shading::viewedPoint(t, rays, hits);
+  const Float8 level =
+      shading::middleLevel(t, point, splat(packet.pixel * pattern.first.footprint));
+  const Vector8 p = rays.origin + rays.direction * point.distance;
+  Vector8 texture = simd::splat3(0, 0, 0);
+  for (size_t k = 0; k < pattern.first.base.size(); ++k) {
+    const PixelSample& sample = pattern.first.base[k];
+    const RayPacket ray = raysOf(packet, sample, pattern.second.base[k]);
+    const Vector8 to = p - ray.origin;
+    const Vector8 way =
+        ray.direction * (dot(point.normal, to) / dot(point.normal, ray.direction)) - to;
+    texture =
+        texture + shading::filteredTexture(scene, t, point.tex_u + t.alongU(way),
+                                           point.tex_v + t.alongV(way), level + sample.dither);
+  }
+  texture = texture * splat(1.f / static_cast<float>(pattern.first.base.size()));
+  const Surface surface = shading::surfaceOf(light, t, point, texture);
+  return simd::min(shading::radianceOf(scene, light, rays, hits, surface), splat(brightest));
+}
+
+Radiance ColorPainter::sampled(const PacketRays& packet, size_t lane, const SamplePattern& pattern,
+                               const NearbyHits& closest) const {
+  const Float8 pixel = splat(packet.pixel * pattern.footprint);
+  Vector8 sum = simd::splat3(0, 0, 0);
+  Float8 darkest = splat(1e30f), lightest = splat(0.f);
+  const auto add = [&](const std::vector<SampleLanes>& samples) {
+    for (const SampleLanes& sample : samples) {
+      const RayPacket rays = raysOf(packet, lane, sample);
+      const PacketHits hits = closest(rays, splat(-1));
+      Vector8 color = simd::splat3(scene.sky);
+      if (simd::bits(hits.mask))
+        color =
+            shading::radianceOf(scene, light, rays, hits,
+                                shading::surfaceAt(scene, light, rays, hits, pixel, sample.dither));
+      color = simd::min(color, splat(brightest));
+      sum = sum + color;
+      const Float8 brightness = color.x + color.y + color.z;
+      darkest = simd::min(darkest, brightness);
+      lightest = simd::max(lightest, brightness);
+    }
+  };
+  // Eight samples show a contrast c with an error of about c / 17: below a grey level or so for
+  // less contrast than this, as a part of the lightest.
+  constexpr float kContrast = 0.25f;
+  add(pattern.base_lanes);
+  auto count = static_cast<float>(pattern.base.size());
+  if (const float most = greatest(lightest); most - least(darkest) > kContrast * most) {
+    add(pattern.extra_lanes);
+    count += static_cast<float>(pattern.extra.size());
+  }
+  return {simd::sum(sum.x) / count, simd::sum(sum.y) / count, simd::sum(sum.z) / count};
+}
+
+}  // namespace diorama

@@ -1,0 +1,116 @@
+// Textures as eight rays see them: mip levels, taps along the longer side of a pixel's footprint.
+#pragma once
+
+#include "sim/triangle_lanes.h"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+namespace diorama {
+
+// Where a packet's rays hit, as shading looks at it. Lanes without a hit hold something harmless.
+struct ViewedPoint {
+  simd::Vector8 direction;     // of the ray, unit
+  simd::Vector8 normal;        // of the triangle, unit
+  simd::Float8 cosine, slant;  // between them; its absolute value, not too small
+  simd::Float8 distance;       // t
+  simd::Float8 u, v;           // barycentric
+  simd::Float8 tex_u, tex_v;
+};
+
+namespace shading {
+
+using simd::Float8;
+using simd::Int8;
+using simd::splat;
+using simd::toFloat;
+using simd::Vector8;
+
+// One bilinear tap of a mip level, in linear light: interpolating the coded values would shift
+// edges.
+inline Vector8 bilinear(const RenderScene& scene, const TriangleLanes& t, Int8 level, Float8 u,
+                        Float8 v) {
+  const Int8 lw = t.log_width - level, lh = t.log_height - level;
+  const Int8 w = splat(1) << lw, h = splat(1) << lh;
+  const Float8 x = u * toFloat(w) - 0.5f, y = v * toFloat(h) - 0.5f;
+  const Float8 x0 = simd::floor(x), y0 = simd::floor(y);
+  const Int8 ix = simd::toInt(x0) & (w - 1), iy = simd::toInt(y0) & (h - 1);
+  const Int8 jx = (ix + 1) & (w - 1), jy = (iy + 1) & (h - 1);
+  const Float8 fx = x - x0, fy = y - y0;
+  // Texels of the levels before this one: 2^area + 2^(area - 2) + ... down to above this level's.
+  const Int8 area = t.log_width + t.log_height, same_parity = splat(0x55555555) << (area & 1);
+  const Int8 offset =
+      t.texture_base + (((splat(2) << area) - (splat(2) << (lw + lh))) & same_parity);
+  const Int8 row0 = offset + (iy << lw), row1 = offset + (jy << lw);
+  const int* texels = reinterpret_cast<const int*>(scene.textures.texels().data());
+  Vector8 sum = simd::splat3(0, 0, 0);
+  const auto add = [&](Int8 at, Float8 weight) {
+    const Int8 texel = simd::gather(texels, at);
+    const Float8 red = toFloat(texel & 0xff), green = toFloat((texel >> 8) & 0xff),
+                 blue = toFloat(texel >> 16);
+    sum.x += weight * red * red;
+    sum.y += weight * green * green;
+    sum.z += weight * blue * blue;
+  };
+  const Float8 w11 = fx * fy, w10 = fx - w11, w01 = fy - w11, w00 = 1.f - fx - w01;
+  add(row0 + ix, w00);
+  add(row0 + jx, w10);
+  add(row1 + ix, w01);
+  add(row1 + jx, w11);
+  return sum * splat(1.f / (255.f * 255.f));
+}
+
+inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t, Float8 u, Float8 v,
+                               Float8 lod) {
+  const Int8 last = simd::min(t.log_width, t.log_height);
+  const Int8 level = simd::max(splat(0), simd::min(simd::toInt(lod), last));
+  return bilinear(scene, t, level, u, v);
+}
+
+inline ViewedPoint viewedPoint(const TriangleLanes& t, const RayPacket& rays,
+                               const PacketHits& hits) {
+  ViewedPoint point;
+  point.u = simd::clamp(hits.u, 0, 1);
+  point.v = simd::clamp(hits.v, 0, 1);
+  point.distance = simd::select(hits.mask, hits.t, splat(1.f));
+  point.direction = rays.direction * simd::inverseSqrt(dot(rays.direction, rays.direction));
+  point.normal =
+      hits.normal * simd::inverseSqrt(simd::max(dot(hits.normal, hits.normal), splat(1e-30f)));
+  point.cosine = dot(point.normal, point.direction);
+  point.slant = simd::max(simd::abs(point.cosine), splat(0.06f));
+  point.tex_u = t.uv0[0] + point.u * t.uv1[0] + point.v * t.uv2[0];
+  point.tex_v = t.uv0[1] + point.u * t.uv1[1] + point.v * t.uv2[1];
+  return point;
+}
+
+// The mip level at which a texel is as wide as the shorter side of a footprint that is `pixel` wide
+// per metre of t, across the ray.
+inline Float8 sharpLevel(const TriangleLanes& t, const ViewedPoint& point, Float8 pixel) {
+  const Float8 width = point.distance * pixel;
+  return simd::log2Approximately(simd::max(width, splat(1e-9f))) + t.log2_density;
+}
+
+// The level between those of the footprint's sides: for one of several taps in a pixel.
+inline Float8 middleLevel(const TriangleLanes& t, const ViewedPoint& point, Float8 pixel) {
+  return sharpLevel(t, point, pixel) - 0.5f * simd::log2Approximately(point.slant);
+}
+
+// Two taps along the footprint's longer side stand for a whole pixel.
+inline Vector8 twoTaps(const RenderScene& scene, const TriangleLanes& t, const ViewedPoint& point,
+                       Float8 pixel) {
+  const Float8 minor = sharpLevel(t, point, pixel);
+  const Float8 level = simd::max(minor, minor - simd::log2Approximately(point.slant) - 1.f);
+  const Float8 sine2 = simd::max(1.f - point.cosine * point.cosine, splat(1e-6f));
+  const Float8 quarter = 0.25f * point.distance * pixel / point.slant * simd::inverseSqrt(sine2);
+  const Vector8 axis = (point.direction - point.normal * point.cosine) * quarter;
+  const Float8 du = t.alongU(axis), dv = t.alongV(axis);
+  // Between two mip levels one tap takes the finer one and the other the coarser one.
+  return (filteredTexture(scene, t, point.tex_u - du, point.tex_v - dv, level + 0.25f) +
+          filteredTexture(scene, t, point.tex_u + du, point.tex_v + dv, level + 0.75f)) *
+         splat(0.5f);
+}
+
+}  // namespace shading
+}  // namespace diorama
+
+#pragma GCC diagnostic pop
