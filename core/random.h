@@ -38,6 +38,28 @@ class Random {
     return {out[0], out[1], out[2], out[3]};
   }
 
+  // Word w of the draws `first` to `first` + 7, as of bits(), in [w][0] to [w][7]: plain loops over
+  // eight lanes, which compilers turn into vectors.
+  std::array<std::array<uint32_t, 8>, 4> bitsOfEight(uint32_t frame, uint64_t first) const {
+    std::array<std::array<uint32_t, 8>, 4> c{};
+    for (size_t k = 0; k < 8; ++k) {
+      c[0][k] = static_cast<uint32_t>(first + k);
+      c[1][k] = static_cast<uint32_t>((first + k) >> 32);
+    }
+    c[2].fill(frame);
+    c[3].fill(stream_);
+    uint32_t key0 = key_[0], key1 = key_[1];
+    for (int round = 0; round < 10; ++round, key0 += 0x9E3779B9u, key1 += 0xBB67AE85u)
+      for (size_t k = 0; k < 8; ++k) {
+        const uint64_t p0 = uint64_t{0xD2511F53u} * c[0][k], p1 = uint64_t{0xCD9E8D57u} * c[2][k];
+        c[0][k] = static_cast<uint32_t>(p1 >> 32) ^ c[1][k] ^ key0;
+        c[1][k] = static_cast<uint32_t>(p1);
+        c[2][k] = static_cast<uint32_t>(p0 >> 32) ^ c[3][k] ^ key1;
+        c[3][k] = static_cast<uint32_t>(p0);
+      }
+    return c;
+  }
+
   // Four numbers in (0, 1).
   std::array<double, 4> uniform(uint32_t frame, uint64_t index) const {
     const std::array<uint32_t, 4> b = bits(frame, index);

@@ -98,25 +98,37 @@ Image<Rgb8> Sensor::expose(const Image<Radiance>& radiance, const std::vector<Ve
 }
 
 // Photons arrive at random: their number's deviation is its square root.
-simd::Float8 Sensor::withNoise(Float8 light, int frame, uint64_t draw) const {
+simd::Float8 Sensor::withNoise(Float8 light, const uint16_t* draws) const {
   const auto full_well = static_cast<float>(effects_.full_well_e);
   const float read = static_cast<float>(effects_.read_noise_e) / full_well;
-  const auto bits = random_.bits(static_cast<uint32_t>(frame), draw);
   Int8 index;
-  for (int i = 0; i < 8; ++i)
-    index[i] = static_cast<int>(
-        (bits[static_cast<size_t>(i / 2)] >> (16 * (i % 2)) & 0xffff) * kQuantiles >> 16);
+  for (int i = 0; i < 8; ++i) index[i] = draws[i] * kQuantiles >> 16;
   const Float8 sigma = simd::sqrt(simd::max(light, simd::splat(0.f)) / full_well + read * read);
   return light + sigma * simd::gather(normal_.data(), index);
 }
 
+// 16 random bits for each number of a row; draw d, 128 bits, serves numbers 8 d to 8 d + 7.
+std::vector<uint16_t> Sensor::drawsOfRow(int frame, int y, size_t count) const {
+  std::vector<uint16_t> draws((count + 7) / 8 * 64);
+  const uint64_t first = static_cast<uint64_t>(y) * count;
+  for (size_t d = 0; d < count; d += 8) {
+    const auto bits = random_.bitsOfEight(static_cast<uint32_t>(frame), first + d);
+    for (size_t k = 0; k < 8; ++k)
+      for (size_t word = 0; word < 4; ++word)
+        std::memcpy(&draws[8 * (d + k) + 2 * word], &bits[word][k], 4);
+  }
+  return draws;
+}
+
 // The row is one list of numbers, red, green and blue of each pixel in turn. Eight pixels are three
-// vectors; each vector shares one draw of 128 random bits, 16 for each number.
+// vectors; each vector shares one draw of random bits.
 void Sensor::exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, int frame, int y,
                        Image<Rgb8>& out) const {
   Float8 channel_gain[3];
   for (int i = 0; i < 24; ++i) channel_gain[i / 8][i % 8] = static_cast<float>(gain[i % 3]);
   const int groups = (width_ + 7) / 8;
+  std::vector<uint16_t> draws;
+  if (effects_.noise) draws = drawsOfRow(frame, y, 3 * static_cast<size_t>(groups));
   const float* light = &radiance.row(y)->r;
   uint8_t* pixels = &out.row(y)->r;
   const float* vignette = vignette_.data() + static_cast<size_t>(y) * static_cast<size_t>(width_);
@@ -132,12 +144,9 @@ void Sensor::exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, in
                                 __builtin_shuffle(by_pixel, Int8{5, 5, 6, 6, 6, 7, 7, 7})};
     std::array<uint8_t, 24> coded{};
     for (int part = 0; part < 3; ++part) {
-      const uint64_t draw =
-          (static_cast<uint64_t>(y) * static_cast<uint64_t>(groups) + static_cast<uint64_t>(g)) *
-              3 +
-          static_cast<uint64_t>(part);
       const Float8 v = simd::load(values.data() + 8 * part) * by_value[part] * channel_gain[part];
-      const Int8 level = levels(effects_.noise ? withNoise(v, frame, draw) : v);
+      const Int8 level =
+          levels(effects_.noise ? withNoise(v, draws.data() + 24 * g + 8 * part) : v);
       for (int i = 0; i < 8; ++i) coded[static_cast<size_t>(8 * part + i)] = response_[level[i]];
     }
     std::memcpy(pixels + 24 * g, coded.data(), 3 * count);

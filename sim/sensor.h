@@ -44,7 +44,8 @@ class Sensor {
                      WorkerPool& pool) const;
 
  private:
-  simd::Float8 withNoise(simd::Float8 light, int frame, uint64_t draw) const;
+  simd::Float8 withNoise(simd::Float8 light, const uint16_t* draws) const;
+  std::vector<uint16_t> drawsOfRow(int frame, int y, size_t count) const;
   void exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, int frame, int y,
                  Image<Rgb8>& out) const;
 

@@ -38,6 +38,16 @@ TEST(Random, EveryArgumentMatters) {
   EXPECT_EQ(all.size(), 3u * 2 * 3 * 3);
 }
 
+TEST(Random, EightAtOnceAreTheSame) {
+  const Random random(0x123456789abcdefull, RandomStream::kTest);
+  for (const uint64_t first : {uint64_t{0}, uint64_t{8}, uint64_t{0xfffffffcu}}) {
+    const auto eight = random.bitsOfEight(17, first);
+    for (size_t k = 0; k < 8; ++k)
+      for (size_t word = 0; word < 4; ++word)
+        EXPECT_EQ(eight[word][k], random.bits(17, first + k)[word]) << first << ' ' << k;
+  }
+}
+
 TEST(Random, UniformMoments) {
   const Random random(1, RandomStream::kTest);
   double sum = 0, squares = 0;
