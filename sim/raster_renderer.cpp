@@ -9,6 +9,7 @@
 #include "core/errors.h"
 #include "sim/candidate_triangles.h"
 #include "sim/moving_objects.h"
+#include "sim/nearby_hits.h"
 #include "sim/plane_depth.h"
 #include "sim/ray_table.h"
 #include "sim/row_cameras.h"
@@ -217,7 +218,7 @@ void RasterRenderer::State::findTruth(int tile, const CameraFrame& frame) {
       takeCandidates(packet, x, y, T_camera_world, centers, triangle);
       traceMissed(tile, packet, y, frame, centers, triangle);
     }
-    truth.put(x, y, centers.depth_m, centers.id, triangle, simd::maskOfBits(packet.valid));
+    truth.put(x, y, centers.depth_m, centers.id, splat(TruthBuffer::kUnknown), triangle);
   }
 }
 
@@ -311,8 +312,7 @@ PacketHits hitsOf(const RenderScene& scene, const RayPacket& rays, Int8 ids) {
     const int id = ids[__builtin_ctz(todo)];
     const Int8 lanes = ids == id;
     todo &= ~static_cast<unsigned>(simd::bits(lanes));
-    const PacketHits one =
-        shading::SingleTriangle(scene, static_cast<uint32_t>(id - 1)).plane(rays, lanes);
+    const PacketHits one = SingleTriangle(scene, static_cast<uint32_t>(id - 1)).plane(rays, lanes);
     hits.t = simd::select(one.mask, one.t, hits.t);
     hits.u = simd::select(one.mask, one.u, hits.u);
     hits.v = simd::select(one.mask, one.v, hits.v);
@@ -374,7 +374,7 @@ Vector8 RasterRenderer::State::colorOf(Int8 shown, const std::vector<CameraFrame
     if (simd::bits(in_layer)) {
       const RayPacket rays = frames[k].rays(x, y);
       const PacketHits hits = hitsOf(layer, rays, in_layer & (shown - first));
-      const Surface surface = shading::surfaceAt<2>(layer, lightOf(k), rays, hits, pixel, 0.25f);
+      const Surface surface = shading::surfaceOfPixel(layer, lightOf(k), rays, hits, pixel);
       color = simd::select(hits.mask, shading::radianceOf(layer, lightOf(k), rays, hits, surface),
                            color);
     }

@@ -139,7 +139,7 @@ TEST(SamplePattern, TellsTheCoveredPartOfAPixel) {
         }
         worst = std::max(worst, std::abs(covered(all, nx, ny, way) - inside / std::pow(kFine, 3)));
       }
-    EXPECT_LT(worst, 2.0 / count) << count;
+    EXPECT_LT(worst, 0.5 / std::sqrt(count)) << count;
   }
 }
 
