@@ -30,8 +30,10 @@ RTCIntersectContext makeContext(bool coherent) {
   return context;
 }
 
-void put(float* to, Float8 v) { simd::store(to, v); }
-void fill(RTCRay8& ray, const RayPacket& rays, Float8 t_min, Float8 t_max) {
+// The query's members hold one number a ray; `first` is the place of a packet's first ray in them.
+template <class Ray>
+void fill(Ray& ray, size_t first, const RayPacket& rays, Float8 t_min, Float8 t_max) {
+  const auto put = [first](auto* to, const auto& v) { std::memcpy(to + first, &v, sizeof v); };
   put(ray.org_x, rays.origin.x);
   put(ray.org_y, rays.origin.y);
   put(ray.org_z, rays.origin.z);
@@ -41,11 +43,35 @@ void fill(RTCRay8& ray, const RayPacket& rays, Float8 t_min, Float8 t_max) {
   put(ray.tnear, t_min);
   put(ray.tfar, t_max);
   put(ray.time, simd::splat(0.f));
-  const Int8 all = simd::splat(-1), none = simd::splat(0);
-  std::memcpy(ray.mask, &all, sizeof all);
-  std::memcpy(ray.id, &none, sizeof none);
-  std::memcpy(ray.flags, &none, sizeof none);
+  put(ray.mask, simd::splat(-1));
+  put(ray.id, simd::splat(0));
+  put(ray.flags, simd::splat(0));
 }
+
+template <class RayHit>
+void fillHits(RayHit& query, size_t first) {
+  const Int8 nothing = simd::splat(-1), zero = simd::splat(0);
+  std::memcpy(query.hit.geomID + first, &nothing, sizeof nothing);
+  std::memcpy(query.hit.primID + first, &zero, sizeof zero);
+  std::memcpy(query.hit.instID[0] + first, &nothing, sizeof nothing);
+}
+
+template <class RayHit>
+PacketHits hitsOf(const RayHit& query, size_t first, Int8 active) {
+  PacketHits hits;
+  hits.t = simd::load(query.ray.tfar + first);
+  hits.u = simd::load(query.hit.u + first);
+  hits.v = simd::load(query.hit.v + first);
+  hits.normal = {simd::load(query.hit.Ng_x + first), simd::load(query.hit.Ng_y + first),
+                 simd::load(query.hit.Ng_z + first)};
+  Int8 geometry;
+  std::memcpy(&geometry, query.hit.geomID + first, sizeof geometry);
+  std::memcpy(&hits.triangle, query.hit.primID + first, sizeof hits.triangle);
+  hits.mask = active & (geometry != simd::splat(-1));
+  return hits;
+}
+
+const Float8 kFar = simd::splat(std::numeric_limits<float>::infinity());
 
 }  // namespace
 
@@ -79,36 +105,33 @@ Bvh& Bvh::operator=(Bvh&&) noexcept = default;
 
 PacketHits Bvh::closest(const RayPacket& rays, Int8 active, Float8 t_min, bool coherent) const {
   alignas(32) RTCRayHit8 query;
-  alignas(32) int valid[8];
-  std::memcpy(valid, &active, sizeof valid);
-  fill(query.ray, rays, t_min, simd::splat(std::numeric_limits<float>::infinity()));
-  const Int8 nothing = simd::splat(-1), zero = simd::splat(0);
-  std::memcpy(query.hit.geomID, &nothing, sizeof nothing);
-  std::memcpy(query.hit.primID, &zero, sizeof zero);
-  std::memcpy(query.hit.instID[0], &nothing, sizeof nothing);
+  fill(query.ray, 0, rays, t_min, kFar);
+  fillHits(query, 0);
   RTCIntersectContext context = makeContext(coherent);
-  rtcIntersect8(valid, handles_->scene, &context, &query);
-  PacketHits hits;
-  hits.t = simd::load(query.ray.tfar);
-  hits.u = simd::load(query.hit.u);
-  hits.v = simd::load(query.hit.v);
-  hits.normal = {simd::load(query.hit.Ng_x), simd::load(query.hit.Ng_y),
-                 simd::load(query.hit.Ng_z)};
-  Int8 geometry;
-  std::memcpy(&geometry, query.hit.geomID, sizeof geometry);
-  std::memcpy(&hits.triangle, query.hit.primID, sizeof hits.triangle);
-  hits.mask = active & (geometry != nothing);
-  return hits;
+  rtcIntersect8(reinterpret_cast<const int*>(&active), handles_->scene, &context, &query);
+  return hitsOf(query, 0, active);
+}
+
+std::array<PacketHits, 2> Bvh::closestOfPair(const std::array<RayPacket, 2>& rays,
+                                             const std::array<Int8, 2>& active) const {
+  alignas(64) RTCRayHit16 query;
+  alignas(64) int valid[16];
+  std::memcpy(valid, active.data(), sizeof valid);
+  for (size_t k = 0; k < 2; ++k) {
+    fill(query.ray, 8 * k, rays[k], simd::splat(0.f), kFar);
+    fillHits(query, 8 * k);
+  }
+  RTCIntersectContext context = makeContext(true);
+  rtcIntersect16(valid, handles_->scene, &context, &query);
+  return {hitsOf(query, 0, active[0]), hitsOf(query, 8, active[1])};
 }
 
 Int8 Bvh::occluded(const RayPacket& rays, Int8 active, Float8 t_min, Float8 t_max,
                    bool coherent) const {
   alignas(32) RTCRay8 query;
-  alignas(32) int valid[8];
-  std::memcpy(valid, &active, sizeof valid);
-  fill(query, rays, t_min, t_max);
+  fill(query, 0, rays, t_min, t_max);
   RTCIntersectContext context = makeContext(coherent);
-  rtcOccluded8(valid, handles_->scene, &context, &query);
+  rtcOccluded8(reinterpret_cast<const int*>(&active), handles_->scene, &context, &query);
   return active & (simd::load(query.tfar) < simd::splat(0.f));
 }
 

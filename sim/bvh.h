@@ -1,6 +1,7 @@
 // A bounding-volume hierarchy over triangles, traversed by packets of eight rays (Embree 3).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -42,6 +43,10 @@ class Bvh {
 
   PacketHits closest(const RayPacket& rays, simd::Int8 active, simd::Float8 t_min,
                      bool coherent) const;
+  // Two packets whose rays run nearly alike, in a fraction of the time of two calls where the
+  // processor takes sixteen rays at once.
+  std::array<PacketHits, 2> closestOfPair(const std::array<RayPacket, 2>& rays,
+                                          const std::array<simd::Int8, 2>& active) const;
   // Mask of the active lanes that hit anything in (t_min, t_max).
   simd::Int8 occluded(const RayPacket& rays, simd::Int8 active, simd::Float8 t_min,
                       simd::Float8 t_max, bool coherent) const;

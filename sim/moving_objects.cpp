@@ -130,14 +130,12 @@ void MovingObjects::traceCenters(int tile, const PacketRays& packet, int y, Cent
   const auto rays_of = [&](size_t k) { return cameras_[k].rays(packet, y); };
   const auto take = [&](size_t k, const RayPacket& rays, const PacketHits& hits) {
     const RenderScene& scene = *objects_[k].scene;
-    PlaneDepth planeDepth(scene);
-    for (int lane = 0; lane < 8; ++lane) {
-      if (!hits.mask[lane]) continue;
-      const auto triangle = static_cast<uint32_t>(hits.triangle[lane]);
-      centers.depth_m[lane] = planeDepth(cameras_[k][y + laneY(lane)], triangle, packet.x[lane],
-                                         packet.y[lane], hits.t[lane]);
-      centers.id[lane] = scene.triangles[triangle].instance;
-    }
+    const Float8 depth =
+        PlaneDepth(scene)(cameras_[k][y], cameras_[k][y + 1], packet, hits);
+    centers.depth_m = simd::select(hits.mask, depth, centers.depth_m);
+    for (int lane = 0; lane < 8; ++lane)
+      if (hits.mask[lane])
+        centers.id[lane] = scene.triangles[static_cast<size_t>(hits.triangle[lane])].instance;
     centers.mask |= hits.mask;
     if (draft == nullptr) return;
     const Surface surface =

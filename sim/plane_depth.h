@@ -3,10 +3,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <cmath>
 
 #include "sim/render_scene.h"
 #include "sim/row_cameras.h"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"
 
 namespace diorama {
 
@@ -14,21 +16,27 @@ class PlaneDepth {
  public:
   explicit PlaneDepth(const RenderScene& scene) : scene_(scene) {}
 
-  // Along the direction (x, y, 1) of the camera.
-  float operator()(const CameraFrame& camera, uint32_t triangle, float x, float y,
-                   float traversal_t) {
-    setTriangle(camera, triangle);
-    const double along = n_camera_.x() * static_cast<double>(x) +
-                         n_camera_.y() * static_cast<double>(y) + n_camera_.z();
-    const double t = height_ / along;
+  // Of a packet whose two rows are seen by `first` and `second`; 0 where nothing is hit.
+  simd::Float8 operator()(const CameraFrame& first, const CameraFrame& second,
+                          const PacketRays& packet, const PacketHits& hits) {
+    simd::Float8 depth = simd::splat(0.f);
+    auto todo = static_cast<unsigned>(simd::bits(hits.mask));
+    while (todo != 0) {
+      const int lane = __builtin_ctz(todo), triangle = hits.triangle[lane];
+      simd::Int8 lanes = hits.triangle == simd::splat(triangle);
+      if (&first != &second) lanes &= laneY(lane) == 0 ? ~kSecondRow : kSecondRow;
+      setTriangle(laneY(lane) == 0 ? first : second, static_cast<uint32_t>(triangle));
+      depth = simd::select(lanes, onPlane(packet), depth);
+      todo &= ~static_cast<unsigned>(simd::bits(lanes));
+    }
     // Seen edge-on the plane says nothing.
-    if (!(std::abs(t - static_cast<double>(traversal_t)) <=
-          1e-3 * static_cast<double>(traversal_t)))
-      return traversal_t;
-    return static_cast<float>(t);
+    const simd::Int8 agrees = simd::abs(depth - hits.t) <= 1e-3f * hits.t;
+    return simd::select(hits.mask, simd::select(agrees, depth, hits.t), simd::splat(0.f));
   }
 
  private:
+  using Double8 = double __attribute__((vector_size(64)));
+
   void setTriangle(const CameraFrame& camera, uint32_t triangle) {
     if (triangle == triangle_ && &camera == camera_) return;
     triangle_ = triangle;
@@ -39,6 +47,15 @@ class PlaneDepth {
     height_ = n.dot(p0 - camera.origin);
     n_camera_ = camera.R.transpose() * n;
   }
+
+  // Along the directions (x, y, 1) of the camera.
+  simd::Float8 onPlane(const PacketRays& packet) const {
+    const Double8 x = __builtin_convertvector(simd::load(packet.x), Double8);
+    const Double8 y = __builtin_convertvector(simd::load(packet.y), Double8);
+    return __builtin_convertvector(height_ / (n_camera_.x() * x + n_camera_.y() * y + n_camera_.z()),
+                                   simd::Float8);
+  }
+
   const RenderScene& scene_;
   const CameraFrame* camera_ = nullptr;
   uint32_t triangle_ = UINT32_MAX;
@@ -47,3 +64,5 @@ class PlaneDepth {
 };
 
 }  // namespace diorama
+
+#pragma GCC diagnostic pop

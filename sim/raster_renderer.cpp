@@ -250,12 +250,11 @@ void RasterRenderer::State::traceMissed(int tile, const PacketRays& packet, int 
   if (!simd::bits(missed)) return;
   const RayPacket rays = frame.rays(simd::load(packet.x), simd::load(packet.y));
   const PacketHits hits = scene->bvh->closest(rays, missed, splat(0.f), true);
-  PlaneDepth planeDepth(*scene);
+  const Float8 depth = PlaneDepth(*scene)(frame, frame, packet, hits);
+  centers.depth_m = simd::select(hits.mask, depth, centers.depth_m);
+  triangle = simd::select(hits.mask, hits.triangle, triangle);
   for (int lane = 0; lane < 8; ++lane) {
     if (!hits.mask[lane]) continue;
-    triangle[lane] = hits.triangle[lane];
-    centers.depth_m[lane] = planeDepth(frame, static_cast<uint32_t>(hits.triangle[lane]),
-                                       packet.x[lane], packet.y[lane], hits.t[lane]);
     centers.id[lane] = scene->triangles[static_cast<size_t>(hits.triangle[lane])].instance;
   }
   if (!moving || !moving->inTile(tile)) return;

@@ -81,15 +81,14 @@ struct RayRenderer::State {
   LightView light() const { return moving ? moving->lightAround() : scene->lightView(); }
   ColorPainter painter() const { return {*scene, light(), brightest}; }
 
-  // A packet's rays through the pixel centres.
-  struct CenterRays {
-    RayPacket rays;
-    PacketHits hits;
-  };
+  using TileHits = std::array<PacketHits, kPacketsPerTile>;
   void traceTile(int tile, const RowCameras& cameras, const ExposureMotion& motion,
                  Image<Radiance>& radiance);
-  CenterRays traceCenters(int tile, int p, const RowCameras& cameras, PlaneDepth& planeDepth,
-                          Image<Radiance>* picture);
+  void traceCenters(int tile, const RowCameras& cameras, TileHits& hits) const;
+  void keepTruth(int tile, const RowCameras& cameras, const TileHits& hits,
+                 Image<Radiance>* picture);
+  void drawSmooth(int tile, const RowCameras& cameras, const TileHits& hits,
+                  Image<Radiance>& radiance) const;
   void refineColors(int tile, Image<Radiance>& radiance) const;
   Vector8 colorAmongMoving(int tile, const PacketRays& packet, int y, size_t choice,
                            bool edge) const;
@@ -144,59 +143,77 @@ void put(const Vector8& color, const PacketRays& packet, int x, int y, Image<Rad
 // Truth at the pixel centres, and colours that hold in draft quality, or where the image is smooth.
 void RayRenderer::State::traceTile(int tile, const RowCameras& cameras,
                                    const ExposureMotion& motion, Image<Radiance>& radiance) {
-  PlaneDepth planeDepth(*scene);
-  std::array<CenterRays, kPacketsPerTile> centers;
-  for (int p = 0; p < kPacketsPerTile; ++p)
-    centers[static_cast<size_t>(p)] =
-        traceCenters(tile, p, cameras, planeDepth, draft() ? &radiance : nullptr);
+  TileHits hits;
+  traceCenters(tile, cameras, hits);
+  keepTruth(tile, cameras, hits, draft() ? &radiance : nullptr);
   if (draft()) return;
   TileMotion& there = motions[static_cast<size_t>(tile)];
   there = motionInTile(tile, motion);
   if (moving) there.way = std::max(there.way, moving->motionInTile(tile));
-  if (movingIn(tile)) return;
-  const ColorPainter paint = painter();
-  for (int p = 0; p < kPacketsPerTile; ++p) {
-    const PacketRays& packet = table.packet(tile, p);
-    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    const auto& [rays, hits] = centers[static_cast<size_t>(p)];
-    put(paint.smooth(packet, rays, hits, patterns[patternFor(there.way)].rows(y)), packet, x, y,
-        radiance);
+  if (!movingIn(tile)) drawSmooth(tile, cameras, hits, radiance);
+}
+
+// Rays through the pixel centres, those of 4 x 4 pixels together.
+void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, TileHits& hits) const {
+  for (int pair = 0; pair < kPacketsPerTile / 2; ++pair) {
+    const int upper = pair / kPacketsPerRow * 2 * kPacketsPerRow + pair % kPacketsPerRow;
+    std::array<RayPacket, 2> rays;
+    std::array<Int8, 2> valid;
+    for (int k = 0; k < 2; ++k) {
+      const int p = upper + k * kPacketsPerRow;
+      const PacketRays& packet = table.packet(tile, p);
+      rays[static_cast<size_t>(k)] = cameras.rays(packet, table.packetY(tile, p));
+      valid[static_cast<size_t>(k)] = simd::maskOfBits(packet.valid);
+    }
+    const std::array<PacketHits, 2> both = scene->bvh->closestOfPair(rays, valid);
+    hits[static_cast<size_t>(upper)] = both[0];
+    hits[static_cast<size_t>(upper + kPacketsPerRow)] = both[1];
   }
 }
 
-RayRenderer::State::CenterRays RayRenderer::State::traceCenters(int tile, int p,
-                                                                const RowCameras& cameras,
-                                                                PlaneDepth& planeDepth,
-                                                                Image<Radiance>* picture) {
-  const PacketRays& packet = table.packet(tile, p);
-  const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-  const RayPacket rays = cameras.rays(packet, y);
-  const Int8 valid = simd::maskOfBits(packet.valid);
-  const PacketHits hits = scene->bvh->closest(rays, valid, splat(0.f), true);
-  Float8 depth = splat(0.f);
-  Int8 id = splat(0);
-  Int8 patch = simd::select(valid, splat(TruthBuffer::kNothing), splat(TruthBuffer::kUnknown));
-  for (int lane = 0; lane < 8; ++lane) {
-    if (!hits.mask[lane]) continue;
-    const auto triangle = static_cast<uint32_t>(hits.triangle[lane]);
-    depth[lane] = planeDepth(cameras[y + laneY(lane)], triangle, packet.x[lane], packet.y[lane],
-                             hits.t[lane]);
-    id[lane] = scene->triangles[triangle].instance;
-    patch[lane] = scene->triangles[triangle].patch;
+void RayRenderer::State::keepTruth(int tile, const RowCameras& cameras, const TileHits& all_hits,
+                                   Image<Radiance>* picture) {
+  PlaneDepth planeDepth(*scene);
+  for (int p = 0; p < kPacketsPerTile; ++p) {
+    const PacketRays& packet = table.packet(tile, p);
+    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+    const PacketHits& hits = all_hits[static_cast<size_t>(p)];
+    Float8 depth = planeDepth(cameras[y], cameras[y + 1], packet, hits);
+    Int8 id = splat(0);
+    Int8 patch = simd::select(simd::maskOfBits(packet.valid), splat(TruthBuffer::kNothing),
+                              splat(TruthBuffer::kUnknown));
+    for (int lane = 0; lane < 8; ++lane) {
+      if (!hits.mask[lane]) continue;
+      const ShadingTriangle& triangle = scene->triangles[static_cast<size_t>(hits.triangle[lane])];
+      id[lane] = triangle.instance;
+      patch[lane] = triangle.patch;
+    }
+    Vector8 color;
+    if (picture != nullptr) color = painter().sharp(packet, cameras.rays(packet, y), hits);
+    if (movingIn(tile)) {
+      MovingObjects::Centers nearest{simd::select(hits.mask, hits.t, splat(kInfinity)), depth, id,
+                                     splat(0)};
+      moving->traceCenters(tile, packet, y, nearest, picture != nullptr ? &color : nullptr);
+      depth = nearest.depth_m;
+      id = nearest.id;
+      patch = simd::select(nearest.mask, splat(TruthBuffer::kUnknown), patch);
+    }
+    truth.put(x, y, depth, id, patch, simd::select(hits.mask, hits.triangle, splat(-1)));
+    if (picture != nullptr) put(color, packet, x, y, *picture);
   }
-  Vector8 color;
-  if (picture != nullptr) color = painter().sharp(packet, rays, hits);
-  if (movingIn(tile)) {
-    MovingObjects::Centers nearest{simd::select(hits.mask, hits.t, splat(kInfinity)), depth, id,
-                                   splat(0)};
-    moving->traceCenters(tile, packet, y, nearest, picture != nullptr ? &color : nullptr);
-    depth = nearest.depth_m;
-    id = nearest.id;
-    patch = simd::select(nearest.mask, splat(TruthBuffer::kUnknown), patch);
+}
+
+void RayRenderer::State::drawSmooth(int tile, const RowCameras& cameras, const TileHits& hits,
+                                    Image<Radiance>& radiance) const {
+  const ColorPainter paint = painter();
+  const MovingPattern& pattern = patterns[patternFor(motions[static_cast<size_t>(tile)].way)];
+  for (int p = 0; p < kPacketsPerTile; ++p) {
+    const PacketRays& packet = table.packet(tile, p);
+    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+    put(paint.smooth(packet, cameras.rays(packet, y), hits[static_cast<size_t>(p)],
+                     pattern.rows(y)),
+        packet, x, y, radiance);
   }
-  truth.put(x, y, depth, id, patch, simd::select(hits.mask, hits.triangle, splat(-1)));
-  if (picture != nullptr) put(color, packet, x, y, *picture);
-  return {rays, hits};
 }
 
 void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {

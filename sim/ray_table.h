@@ -12,11 +12,13 @@ namespace diorama {
 constexpr int kTileSize = 32;
 constexpr int kPacketWidth = 4;
 constexpr int kPacketHeight = 2;
+constexpr int kPacketsPerRow = kTileSize / kPacketWidth;  // of a tile
 constexpr int kPacketsPerTile = kTileSize * kTileSize / 8;
 
 // Pixel of a lane relative to its packet's first.
 constexpr int laneX(int lane) { return lane & 3; }
 constexpr int laneY(int lane) { return lane >> 2; }
+constexpr simd::Int8 kSecondRow = {0, 0, 0, 0, -1, -1, -1, -1};  // mask
 
 struct PacketRays {
   float x[8], y[8];                  // direction (x, y, 1) of each pixel's centre, camera frame
@@ -36,8 +38,8 @@ class RayTable {
   int paddedHeight() const { return tiles_y_ * kTileSize; }
 
   // Packet p of a tile lies at pixel (packetX, packetY).
-  int packetX(int tile, int p) const { return tile % tiles_x_ * kTileSize + p % 8 * kPacketWidth; }
-  int packetY(int tile, int p) const { return tile / tiles_x_ * kTileSize + p / 8 * kPacketHeight; }
+  int packetX(int tile, int p) const { return tile % tiles_x_ * kTileSize + p % kPacketsPerRow * kPacketWidth; }
+  int packetY(int tile, int p) const { return tile / tiles_x_ * kTileSize + p / kPacketsPerRow * kPacketHeight; }
   const PacketRays& packet(int tile, int p) const {
     return packets_[static_cast<size_t>(tile * kPacketsPerTile + p)];
   }

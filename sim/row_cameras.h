@@ -28,9 +28,8 @@ struct CameraFrame {
 
 // The lanes of a packet's second row from `second`, the others from `first`.
 inline RayPacket joinRows(const RayPacket& first, const RayPacket& second) {
-  const simd::Int8 lower = {0, 0, 0, 0, -1, -1, -1, -1};
-  return {simd::select(lower, second.origin, first.origin),
-          simd::select(lower, second.direction, first.direction)};
+  return {simd::select(kSecondRow, second.origin, first.origin),
+          simd::select(kSecondRow, second.direction, first.direction)};
 }
 
 class RowCameras {
