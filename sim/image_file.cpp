@@ -98,21 +98,38 @@ cv::Mat decodeFile(const std::filesystem::path& file, const std::string& bytes) 
   return image;
 }
 
-}  // namespace
-
-AnyImage readImage(const std::filesystem::path& file, int width, int height) {
+// Decoded after it was looked at from outside.
+cv::Mat checkedImage(const std::filesystem::path& file, int width, int height) {
   const std::string bytes = readFile(file);
   if (const std::optional<std::string> what = problem(bytes, width, height))
     throw InputError(file, *what);
   const cv::Mat image = decodeFile(file, bytes);
   if (image.cols != width || image.rows != height)
     throw InputError(file, wrongSize(image.cols, image.rows, width, height));
+  return image;
+}
+
+}  // namespace
+
+AnyImage readImage(const std::filesystem::path& file, int width, int height) {
+  const cv::Mat image = checkedImage(file, width, height);
   const int depth = image.depth(), channels = image.channels();
   if ((depth != CV_8U && depth != CV_16U) || channels == 2 || channels > 4)
     throw InputError(file, "is neither a grey nor a colour image of 8 or 16 bits");
   if (channels == 1)
     return depth == CV_8U ? AnyImage(copyGray<uint8_t>(image)) : copyGray<uint16_t>(image);
   return depth == CV_8U ? copyColor<uint8_t>(image) : copyColor<uint16_t>(image);
+}
+
+Image<Rgb16> readWideColor(const std::filesystem::path& file, int width, int height) {
+  const cv::Mat image = checkedImage(file, width, height);
+  if (image.type() != CV_16UC3) throw InputError(file, "is no colour image of 16 bits");
+  Image<Rgb16> out(width, height);
+  for (int y = 0; y < height; ++y) {
+    const uint16_t* in = image.ptr<uint16_t>(y);
+    for (int x = 0; x < width; ++x, in += 3) out(x, y) = {in[2], in[1], in[0]};
+  }
+  return out;
 }
 
 ImageSize imageSize(const std::filesystem::path& file) {

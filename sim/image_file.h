@@ -17,6 +17,9 @@ using AnyImage = std::variant<Image<Rgb8>, Image<uint8_t>, Image<uint16_t>>;
 // broken (cut short, wrong checksum, not an image) or its size is not width x height.
 AnyImage readImage(const std::filesystem::path& file, int width, int height);
 
+// Colour of 16 bits as it is, such as KITTI's flow. Throws as readImage().
+Image<Rgb16> readWideColor(const std::filesystem::path& file, int width, int height);
+
 struct ImageSize {
   int width = 0, height = 0;  // px
 };

@@ -45,6 +45,7 @@ void SequenceCheck::State::open() {
     depth.emplace(reader->camera());
   });
   if (!depth) reader.reset();
+  if (reader) listFlow();
   if (fs::exists(folder / "instances.csv"))
     guarded(Check::kMasks, opening, [&] { instances = readInstances(folder / "instances.csv"); });
   for (const auto& [name, id] : instances) last_id = std::max<int>(last_id, id);
@@ -156,6 +157,8 @@ CheckResult SequenceCheck::checkPart(int part) const {
   if (has_depth && state_->checkPose(part, *frame, result)) return result;
   state_->checkObjects(part, *frame, result);
   if (has_depth) state_->checkDepth(part, *frame, result);
+  if (has_depth) state_->checkFlow(part, *frame, result);
+  if (has_depth) state_->checkNormals(part, *frame, result);
   return result;
 }
 

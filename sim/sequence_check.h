@@ -22,9 +22,12 @@ enum class Check {
   kObjects,     // depth and masks are those of the mesh at its pose, pixel by pixel
   kDepth,       // no pixel contradicts the surfaces that other frames show
   kPoses,       // the camera's motion carries the depth of each frame onto the next
+  kFlow,        // flow is what depth and poses make of it
+  kNormals,     // normals are those of the planes in the depth
 };
-inline constexpr std::array<const char*, 8> kCheckNames = {
-    "files", "images", "times", "masks", "visibility", "objects", "depth", "poses"};
+inline constexpr std::array<const char*, 10> kCheckNames = {
+    "files",   "images", "times", "masks", "visibility",
+    "objects", "depth",  "poses", "flow",  "normals"};
 
 struct CheckFinding {
   Check check;

@@ -1,5 +1,6 @@
 #include "sim/sequence_check_depth.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -90,22 +91,18 @@ std::optional<DepthComparison::Plane> DepthComparison::planeNear(const DepthView
   return std::nullopt;
 }
 
-SE3 DepthComparison::relativePose(const DepthView& view, int row, const DepthView& other,
-                                  int other_row) const {
-  return other.cameraOf(other_row).inverse() * view.cameraOf(row);
-}
-
 // Where `other` sees the point at this depth; with a rolling shutter the row that sees it decides
 // its own pose.
 std::optional<Vector2d> DepthComparison::project(const DepthView& view, Pixel pixel, double depth_m,
-                                                 const DepthView& other, SE3& T_other_view) const {
+                                                 const DepthView& other, SE3& T_other_view,
+                                                 const SE3& motion) const {
   const Vector3d p = depth_m * ray(pixel.x, pixel.y);
   constexpr int kRollingSteps = 4;
   const int steps = other.row_poses.empty() ? 1 : kRollingSteps;
   int row = pixel.y;
   std::optional<Vector2d> u;
   for (int step = 0; step < steps; ++step) {
-    T_other_view = relativePose(view, pixel.y, other, row);
+    T_other_view = other.cameraOf(row).inverse() * motion * view.cameraOf(pixel.y);
     u = camera_.project(T_other_view * p);
     if (!u || !camera_.contains(*u)) return std::nullopt;
     row = static_cast<int>(std::lround(u->y()));
@@ -146,6 +143,23 @@ std::optional<DepthComparison::Place> DepthComparison::placeOf(const DepthView& 
   const auto u = project(view, pixel, seen, other, T_other_view);
   if (!u) return std::nullopt;
   return Place{*u, (T_other_view * (seen * ray(pixel.x, pixel.y))).z()};
+}
+
+std::optional<Vector2d> DepthComparison::carry(const DepthView& view, Pixel pixel,
+                                               const DepthView& other, const SE3& motion) const {
+  SE3 T_other_view;
+  return project(view, pixel, static_cast<double>(view.depth_m(pixel.x, pixel.y)), other,
+                 T_other_view, motion);
+}
+
+std::optional<Vector3d> DepthComparison::normal(const DepthView& view, Pixel pixel) const {
+  const auto plane = planeOf(view, pixel, view.ids(pixel.x, pixel.y));
+  if (!plane) return std::nullopt;
+  constexpr double kResolved_m = 0.0008;  // four steps of the depth's units
+  const double size =
+      static_cast<double>(view.depth_m(pixel.x, pixel.y)) / std::min(camera_.fx(), camera_.fy());
+  if (size < kResolved_m) return std::nullopt;
+  return -plane->n.normalized();
 }
 
 bool DepthComparison::seenNearby(const DepthView& view, Pixel pixel, const DepthView& other) const {

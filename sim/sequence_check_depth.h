@@ -66,6 +66,15 @@ class DepthComparison {
   };
   std::optional<Place> placeOf(const DepthView& view, Pixel pixel, const DepthView& other) const;
 
+  // The pixel in which `other` sees it after its surface has moved by `motion` in the world.
+  std::optional<Vector2d> carry(const DepthView& view, Pixel pixel, const DepthView& other,
+                                const SE3& motion) const;
+
+  // Of the plane around a pixel, unit, in the camera frame, towards the camera; nothing where there
+  // is none, or where it is so near that the depth's resolution tells little of its slope.
+  std::optional<Vector3d> normal(const DepthView& view, Pixel pixel) const;
+  const Vector3d& ray(int x, int y) const;  // z = 1; zero where there is none
+
   // Whether `other` shows a pixel of the same instance and depth where this one belongs.
   bool seenNearby(const DepthView& view, Pixel pixel, const DepthView& other) const;
 
@@ -76,10 +85,9 @@ class DepthComparison {
   };
   std::optional<Plane> planeOf(const DepthView& view, Pixel center, uint16_t id) const;
   std::optional<Plane> planeNear(const DepthView& view, const Vector2d& u_px, uint16_t id) const;
-  const Vector3d& ray(int x, int y) const;
-  SE3 relativePose(const DepthView& view, int row, const DepthView& other, int other_row) const;
   std::optional<Vector2d> project(const DepthView& view, Pixel pixel, double depth_m,
-                                  const DepthView& other, SE3& T_other_view) const;
+                                  const DepthView& other, SE3& T_other_view,
+                                  const SE3& motion = {}) const;
 
   const Camera camera_;
   std::vector<Vector3d> rays_;  // z = 1; zero where there is none

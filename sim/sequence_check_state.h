@@ -61,6 +61,13 @@ struct SequenceCheck::State {
   bool showsItselfAgain(const LoadedFrame& frame, Pixel pixel, double off_m,
                         const std::vector<std::shared_ptr<const LoadedFrame>>& others) const;
 
+  void listFlow();
+  void checkFlow(int k, const LoadedFrame& frame, CheckResult& result) const;
+  void checkFlowFile(const std::string& file, const LoadedFrame& frame, const LoadedFrame& other,
+                     CheckResult& result) const;
+  void checkNormals(int k, const LoadedFrame& frame, CheckResult& result) const;
+  SE3 motionOf(uint16_t id, const GroundTruth& from, const GroundTruth& to) const;
+
   std::filesystem::path folder;
   CheckResult opening;  // what was wrong with the text files
   std::optional<FileSums> manifest;
@@ -69,6 +76,8 @@ struct SequenceCheck::State {
   std::optional<DepthComparison> depth;
   std::optional<ObjectComparison> objects;
   int last_id = 0;
+  std::map<int, int> index_of_number;                    // frames by their numbers in the scene
+  std::multimap<int, std::pair<int, std::string>> flow;  // by frame: the other frame, the file
 
   mutable std::mutex mutex;
   mutable std::map<int, std::shared_future<std::shared_ptr<const LoadedFrame>>> loaded;

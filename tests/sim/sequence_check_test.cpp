@@ -68,7 +68,7 @@ class SequenceCheckTest : public ::testing::Test {
   static void SetUpTestSuite() {
     workshop_ = new test::Workshop("check");
     const Scene filmed = scene(*workshop_);
-    Simulator simulator(filmed, {RenderQuality::kDraft, 1});
+    Simulator simulator(filmed, {RenderQuality::kDraft, 1, {.normal = true, .flow = true}});
     SequenceWriter writer(workshop_->folder() / "good", filmed);
     for (int k = 0; k < simulator.frameCount(); ++k) {
       const FrameAndTruth frame = simulator.read(k);
@@ -139,8 +139,9 @@ TEST_F(SequenceCheckTest, AGoodSequenceHasNoFindings) {
   const SequenceCheck check(sequence_);
   EXPECT_EQ(check.partCount(), 8);
   const CheckResult part = check.checkPart(3);
-  for (const Check c : {Check::kFiles, Check::kImages, Check::kMasks, Check::kVisibility,
-                        Check::kObjects, Check::kDepth, Check::kPoses})
+  for (const Check c :
+       {Check::kFiles, Check::kImages, Check::kMasks, Check::kVisibility, Check::kObjects,
+        Check::kDepth, Check::kPoses, Check::kFlow, Check::kNormals})
     EXPECT_GT(part.examined[static_cast<size_t>(c)], 0) << static_cast<int>(c);
 }
 
@@ -233,6 +234,22 @@ TEST_F(SequenceCheckTest, MasksMustBeThoseOfTheIdsAndOfTheMesh) {
   EXPECT_THAT(listed(found), HasSubstr("id/000005.png: has an id that is not in instances.csv"));
 }
 
+TEST_F(SequenceCheckTest, FlowAndNormalsMustBeThoseOfDepthAndPoses) {
+  Image<Rgb16> flow = readWideColor(sequence_ / "flow/000002_000003.png", 160, 120);
+  ASSERT_EQ(flow(80, 100).b, 1);
+  flow(80, 100).r = static_cast<uint16_t>(flow(80, 100).r + 5);  // 0.08 px
+  rewrite("flow/000002_000003.png", encodePng(flow));
+  Image<Rgb8> normal = image<Rgb8>("normal/000004.png");
+  for (int x = 0; x < 160; ++x) std::swap(normal(x, 100).r, normal(x, 100).g);
+  rewrite("normal/000004.png", encodePng(normal));
+  const auto found = findingsWithoutManifest();
+  EXPECT_THAT(listed(found), HasSubstr("flow/000002_000003.png: is not what depth and poses make "
+                                       "of it at pixel (80, 100) and at 0 more"));
+  EXPECT_THAT(listed(found), HasSubstr("normal/000004.png: is "));
+  for (const CheckFinding& f : found)
+    EXPECT_TRUE(f.check == Check::kFlow || f.check == Check::kNormals) << listed(found);
+}
+
 TEST_F(SequenceCheckTest, TimesMustAgree) {
   const std::vector<std::pair<std::string, std::string>> lines = {
       {"rgb.txt", "0.100000 "},
@@ -296,7 +313,7 @@ TEST_F(SequenceCheckTest, MutatedFiles) {
 
 TEST_F(SequenceCheckTest, ASequenceWithoutTruthIsNotBlamedForIt) {
   for (const char* name : {"groundtruth.txt", "depth.txt", "visibility.csv", "instances.csv",
-                           "objects", "depth", "id", "mask", "mask_visib"})
+                           "objects", "depth", "id", "mask", "mask_visib", "flow", "normal"})
     fs::remove_all(sequence_ / name);
   const auto found = findingsWithoutManifest();
   EXPECT_THAT(found, IsEmpty()) << listed(found);
