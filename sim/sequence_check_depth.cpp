@@ -152,13 +152,15 @@ std::optional<Vector2d> DepthComparison::carry(const DepthView& view, Pixel pixe
                  T_other_view, motion);
 }
 
+double DepthComparison::footprint(const DepthView& view, Pixel pixel) const {
+  return static_cast<double>(view.depth_m(pixel.x, pixel.y)) / std::min(camera_.fx(), camera_.fy());
+}
+
 std::optional<Vector3d> DepthComparison::normal(const DepthView& view, Pixel pixel) const {
   const auto plane = planeOf(view, pixel, view.ids(pixel.x, pixel.y));
   if (!plane) return std::nullopt;
   constexpr double kResolved_m = 0.0008;  // four steps of the depth's units
-  const double size =
-      static_cast<double>(view.depth_m(pixel.x, pixel.y)) / std::min(camera_.fx(), camera_.fy());
-  if (size < kResolved_m) return std::nullopt;
+  if (footprint(view, pixel) < kResolved_m) return std::nullopt;
   return -plane->n.normalized();
 }
 

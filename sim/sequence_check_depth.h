@@ -70,6 +70,9 @@ class DepthComparison {
   std::optional<Vector2d> carry(const DepthView& view, Pixel pixel, const DepthView& other,
                                 const SE3& motion) const;
 
+  // The length on a surface that faces the camera which one pixel covers, m.
+  double footprint(const DepthView& view, Pixel pixel) const;
+
   // Of the plane around a pixel, unit, in the camera frame, towards the camera; nothing where there
   // is none, or where it is so near that the depth's resolution tells little of its slope.
   std::optional<Vector3d> normal(const DepthView& view, Pixel pixel) const;

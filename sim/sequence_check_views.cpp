@@ -14,9 +14,10 @@ constexpr double kMovingRatio = 0.2;  // more of its samples apart: the instance
 constexpr int kMovingSamples = 8;
 constexpr double kPixelOff_m = 0.01;
 constexpr double kSpread_m = 0.002;  // all frames have a wrong pixel wrong by the same
-constexpr int kContinuedLines = 6;   // of 12: a pixel that is put right continues its neighbours
-constexpr int kStructure_px = 16;    // within this distance thin things show themselves again
-constexpr size_t kShown = 3;         // findings of one kind in a frame
+constexpr int kNearlyAllLines = 10;
+constexpr int kContinuedLines = 6;  // of 12: a pixel that is put right continues its neighbours
+constexpr int kStructure_px = 16;   // within this distance thin things show themselves again
+constexpr size_t kShown = 3;        // findings of one kind in a frame
 
 }  // namespace
 
@@ -135,7 +136,9 @@ std::optional<double> SequenceCheck::State::misplaced(
   const int needed = std::min(2, reader->frameCount() - 1);
   if (witnesses < needed || witnesses == 0 || most - least > kSpread_m) return std::nullopt;
   const double off = (least + most) / 2;
-  if (depth->continuedLines(frame.view, pixel, off) < kContinuedLines ||
+  // A step that is smaller than the pixel may be a thing that is, too.
+  const bool small = std::abs(off) < depth->footprint(frame.view, pixel);
+  if (depth->continuedLines(frame.view, pixel, off) < (small ? kNearlyAllLines : kContinuedLines) ||
       showsItselfAgain(frame, pixel, off, others))
     return std::nullopt;
   return off;
