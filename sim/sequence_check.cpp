@@ -157,7 +157,7 @@ CheckResult SequenceCheck::checkPart(int part) const {
   if (has_depth && state_->checkPose(part, *frame, result)) return result;
   state_->checkObjects(part, *frame, result);
   if (has_depth) state_->checkDepth(part, *frame, result);
-  if (has_depth) state_->checkFlow(part, *frame, result);
+  if (has_depth) state_->checkFlow(part, result);
   if (has_depth) state_->checkNormals(part, *frame, result);
   return result;
 }

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "sim/image_file.h"
 #include "sim/sequence_check_state.h"
@@ -11,17 +12,26 @@ namespace diorama {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr double kFlow_px = 0.05;  // files resolve 1/64 px, depth 0.2 mm
+constexpr double kFlow_px = 0.05;     // files resolve 1/64 px
+constexpr double kDepth_m = 0.00012;  // and depth to half of 0.2 mm
 constexpr double kFlowScale = 64, kFlowZero = 32768;
 constexpr double kMovingRatio = 0.2;  // more pixels of an instance off: it moves by itself
 constexpr double kNormal_rad = 20 * std::numbers::pi / 180;  // 3 x 3 pixels know it no better
 constexpr double kUnit = 0.02;                               // of 8 bits
-constexpr double kBevels = 0.002;  // of the pixels may show a facet that is smaller than they are
+// A facet that is smaller than the pixels tilts one of them, or a line; wrong normals tilt areas.
+constexpr int kArea = 6;  // of 3 x 3 pixels
 
 struct Mismatch {
   int pixels = 0, off = 0;
   Pixel first;
+  void add(int x, int y) {
+    if (off++ == 0) first = {x, y};
+  }
 };
+
+std::string places(const Mismatch& m) {
+  return atPixel(m.first.x, m.first.y) + " and at " + std::to_string(m.off - 1) + " more";
+}
 
 // `AAAAAA_BBBBBB.png`
 std::optional<std::pair<int, int>> flowNumbers(const fs::path& file) {
@@ -32,15 +42,30 @@ std::optional<std::pair<int, int>> flowNumbers(const fs::path& file) {
   return std::pair(static_cast<int>(*from), static_cast<int>(*to));
 }
 
+// Of the pixels marked, those in the midst of others.
+Mismatch areasOf(const Image<uint8_t>& marked) {
+  Mismatch areas;
+  for (int y = 1; y + 1 < marked.height; ++y)
+    for (int x = 1; x + 1 < marked.width; ++x) {
+      int count = 0;
+      for (int k = 0; k < 9; ++k) count += marked(x + k % 3 - 1, y + k / 3 - 1);
+      if (marked(x, y) && count >= kArea) areas.add(x, y);
+    }
+  return areas;
+}
+
 }  // namespace
 
 void SequenceCheck::State::listFlow() {
   for (int k = 0; k < reader->frameCount(); ++k) index_of_number[reader->frameNumber(k)] = k;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder / "flow", error)) {
-    const auto numbers = flowNumbers(entry.path());
+  std::set<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder / "flow", error))
+    files.insert(entry.path());
+  for (const fs::path& path : files) {
+    const auto numbers = flowNumbers(path);
     if (!numbers) continue;
-    const std::string file = "flow/" + entry.path().filename().string();
+    const std::string file = "flow/" + path.filename().string();
     const auto from = index_of_number.find(numbers->first),
                to = index_of_number.find(numbers->second);
     if (from == index_of_number.end() || to == index_of_number.end())
@@ -50,14 +75,21 @@ void SequenceCheck::State::listFlow() {
   }
 }
 
-void SequenceCheck::State::checkFlow(int k, const LoadedFrame& frame, CheckResult& result) const {
+void SequenceCheck::State::checkFlow(int k, CheckResult& result) const {
   const auto [first, last] = flow.equal_range(k);
   for (auto it = first; it != last; ++it) {
     const auto& [to, file] = it->second;
-    guarded(Check::kFlow, result, [&, &name = file, other = this->frame(to)] {
-      checkFlowFile(name, frame, *other, result);
-    });
+    guarded(Check::kFlow, result,
+            [&, &name = file, other = to] { checkFlowFile(name, k, other, result); });
   }
+}
+
+// Whether it can move in a way that no file tells: untracked, or between the rows of the shutter.
+bool SequenceCheck::State::mayMove(int id, const LoadedFrame& frame) const {
+  if (id == 0) return false;
+  for (size_t n = 0; n < reader->objects().size(); ++n)
+    if (idOf(n) == id) return !frame.view.row_poses.empty() && moves(n);
+  return true;
 }
 
 // How a tracked object has moved in the world; all else rests.
@@ -73,8 +105,23 @@ SE3 SequenceCheck::State::motionOf(uint16_t id, const GroundTruth& from,
   return {};
 }
 
-void SequenceCheck::State::checkFlowFile(const std::string& file, const LoadedFrame& frame,
-                                         const LoadedFrame& other, CheckResult& result) const {
+// Whether a pixel's flow is what depth and poses make of it, as far as their files resolve.
+bool SequenceCheck::State::flowCloses(const Vector2d& found, const LoadedFrame& frame, Pixel pixel,
+                                      const LoadedFrame& other, const SE3& motion) const {
+  const double z = static_cast<double>(frame.view.depth_m(pixel.x, pixel.y));
+  const auto expected = depth->carry(frame.view, pixel, z, other.view, motion);
+  // At the very border the point may lie half outside the image.
+  if (!expected) return !reader->camera().contains(found, 1);
+  const double off = (*expected - found).cwiseAbs().maxCoeff();
+  if (off < kFlow_px) return true;
+  const auto farther = depth->carry(frame.view, pixel, z + kDepth_m, other.view, motion);
+  return farther && off < kFlow_px + (*farther - *expected).cwiseAbs().maxCoeff();
+}
+
+void SequenceCheck::State::checkFlowFile(const std::string& file, int k, int to,
+                                         CheckResult& result) const {
+  const auto from_frame = this->frame(k), to_frame = this->frame(to);
+  const LoadedFrame &frame = *from_frame, &other = *to_frame;
   const int width = reader->camera().width(), height = reader->camera().height();
   const Image<Rgb16> image = readWideColor(folder / file, width, height);
   if (other.view.depth_m.empty()) return;
@@ -89,22 +136,22 @@ void SequenceCheck::State::checkFlowFile(const std::string& file, const LoadedFr
       if (pixel.b == 0 || id > last_id || !(frame.view.depth_m(x, y) > 0)) continue;
       Mismatch& mismatch = mismatches[id];
       ++mismatch.pixels;
-      const auto expected = depth->carry(frame.view, {x, y}, other.view, motions[id]);
       const Vector2d found(x + (pixel.r - kFlowZero) / kFlowScale,
                            y + (pixel.g - kFlowZero) / kFlowScale);
-      if (expected && (*expected - found).cwiseAbs().maxCoeff() < kFlow_px) continue;
-      // At the very border the point may lie half outside the image.
-      if (!expected && !reader->camera().contains(found, 1)) continue;
-      if (mismatch.off++ == 0) mismatch.first = {x, y};
+      if (!flowCloses(found, frame, {x, y}, other, motions[id])) mismatch.add(x, y);
     }
+  const auto posesAreOff = [&] {  // which is another check's finding
+    CheckResult objects_of_both;
+    checkObjects(k, frame, objects_of_both);
+    checkObjects(to, other, objects_of_both);
+    return !objects_of_both.findings.empty();
+  };
   for (int id = 0; id <= last_id; ++id) {
     const Mismatch& m = mismatches[static_cast<size_t>(id)];
     result.count(Check::kFlow, m.pixels);
-    const bool moves_by_itself = id > 0 && m.off > kMovingRatio * m.pixels;
-    if (m.off > 0 && !moves_by_itself)
-      result.add(Check::kFlow, file,
-                 "is not what depth and poses make of it " + atPixel(m.first.x, m.first.y) +
-                     " and at " + std::to_string(m.off - 1) + " more");
+    const bool as_a_whole = m.off > kMovingRatio * m.pixels;
+    if (m.off > 0 && !(as_a_whole && (mayMove(id, frame) || posesAreOff())))
+      result.add(Check::kFlow, file, "is not what depth and poses make of it " + places(m));
   }
 }
 
@@ -117,10 +164,8 @@ void SequenceCheck::State::checkNormals(int k, const LoadedFrame& frame,
     const AnyImage read = readImage(folder / file, width, height);
     const auto* image = std::get_if<Image<Rgb8>>(&read);
     if (!image) throw InputError(folder / file, "is no colour image");
-    Mismatch wrong, tilted;  // no unit vector towards the camera; not along the depth's plane
-    const auto note = [](Mismatch& mismatch, int x, int y) {
-      if (mismatch.off++ == 0) mismatch.first = {x, y};
-    };
+    Mismatch wrong;  // no unit vector towards the camera
+    Image<uint8_t> tilted(width, height);
     for (int y = 0; y < height; ++y)
       for (int x = 0; x < width; ++x) {
         const Rgb8 pixel = (*image)(x, y);
@@ -128,21 +173,15 @@ void SequenceCheck::State::checkNormals(int k, const LoadedFrame& frame,
         const Vector3d n = Vector3d(pixel.r, pixel.g, pixel.b) * (2 / 255.0) - Vector3d::Ones();
         ++wrong.pixels;
         if (std::abs(n.norm() - 1) > kUnit || n.dot(depth->ray(x, y).normalized()) > kUnit)
-          note(wrong, x, y);
+          wrong.add(x, y);
         const auto expected = depth->normal(frame.view, {x, y});
-        if (!expected) continue;
-        ++tilted.pixels;
-        if (n.normalized().dot(*expected) < std::cos(kNormal_rad)) note(tilted, x, y);
+        tilted(x, y) = expected && n.normalized().dot(*expected) < std::cos(kNormal_rad);
       }
     result.count(Check::kNormals, wrong.pixels);
     if (wrong.off > 0)
-      result.add(Check::kNormals, file,
-                 "is no unit vector towards the camera " + atPixel(wrong.first.x, wrong.first.y) +
-                     " and at " + std::to_string(wrong.off - 1) + " more");
-    if (tilted.off > kBevels * tilted.pixels)
-      result.add(Check::kNormals, file,
-                 "is not along the depth's planes " + atPixel(tilted.first.x, tilted.first.y) +
-                     " and at " + std::to_string(tilted.off - 1) + " more");
+      result.add(Check::kNormals, file, "is no unit vector towards the camera " + places(wrong));
+    if (const Mismatch areas = areasOf(tilted); areas.off > 0)
+      result.add(Check::kNormals, file, "is not along the depth's planes " + places(areas));
   });
 }
 

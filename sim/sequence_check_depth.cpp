@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace diorama {
 namespace {
@@ -142,14 +143,13 @@ std::optional<DepthComparison::Place> DepthComparison::placeOf(const DepthView& 
   SE3 T_other_view;
   const auto u = project(view, pixel, seen, other, T_other_view);
   if (!u) return std::nullopt;
-  return Place{*u, (T_other_view * (seen * ray(pixel.x, pixel.y))).z()};
+  return Place{*u, T_other_view * (seen * ray(pixel.x, pixel.y))};
 }
 
-std::optional<Vector2d> DepthComparison::carry(const DepthView& view, Pixel pixel,
+std::optional<Vector2d> DepthComparison::carry(const DepthView& view, Pixel pixel, double depth_m,
                                                const DepthView& other, const SE3& motion) const {
   SE3 T_other_view;
-  return project(view, pixel, static_cast<double>(view.depth_m(pixel.x, pixel.y)), other,
-                 T_other_view, motion);
+  return project(view, pixel, depth_m, other, T_other_view, motion);
 }
 
 double DepthComparison::footprint(const DepthView& view, Pixel pixel) const {
@@ -164,16 +164,24 @@ std::optional<Vector3d> DepthComparison::normal(const DepthView& view, Pixel pix
   return -plane->n.normalized();
 }
 
-bool DepthComparison::seenNearby(const DepthView& view, Pixel pixel, const DepthView& other) const {
+bool DepthComparison::mayShow(const DepthView& view, Pixel pixel, const DepthView& other) const {
   const auto place = placeOf(view, pixel, other);
   if (!place) return false;
   const Pixel nearest = nearestPixel(place->u_px);
+  const uint16_t id = view.ids(pixel.x, pixel.y);
+  const double z = place->p.z();
+  if (const auto plane = planeOf(other, nearest, id))
+    return std::abs(z - z / plane->n.dot(place->p)) < kNeighbour_m;
+  double least = std::numeric_limits<double>::infinity(), most = 0;
   for (int y = nearest.y - 1; y <= nearest.y + 1; ++y)
-    for (int x = nearest.x - 1; x <= nearest.x + 1; ++x)
-      if (inside(other.depth_m, {x, y}) && other.ids(x, y) == view.ids(pixel.x, pixel.y) &&
-          std::abs(static_cast<double>(other.depth_m(x, y)) - place->depth_m) < kNeighbour_m)
-        return true;
-  return false;
+    for (int x = nearest.x - 1; x <= nearest.x + 1; ++x) {
+      if (!inside(other.depth_m, {x, y}) || other.ids(x, y) != id) continue;
+      const double depth = static_cast<double>(other.depth_m(x, y));
+      if (!(depth > 0)) continue;
+      least = std::min(least, depth);
+      most = std::max(most, depth);
+    }
+  return z > least - kNeighbour_m && z < most + kNeighbour_m;
 }
 
 namespace {

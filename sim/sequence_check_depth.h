@@ -59,16 +59,17 @@ class DepthComparison {
   // The same for one instance.
   Agreement compareInstance(const DepthView& view, const DepthView& other, uint16_t id) const;
 
-  // Where `other` sees the pixel's point, and its depth there; nothing outside the image.
+  // Where `other` sees the pixel's point; nothing outside the image.
   struct Place {
     Vector2d u_px;
-    double depth_m;
+    Vector3d p;  // in the camera frame of `other`, m
   };
   std::optional<Place> placeOf(const DepthView& view, Pixel pixel, const DepthView& other) const;
 
-  // The pixel in which `other` sees it after its surface has moved by `motion` in the world.
-  std::optional<Vector2d> carry(const DepthView& view, Pixel pixel, const DepthView& other,
-                                const SE3& motion) const;
+  // The pixel in which `other` sees this one's point at a depth after it has moved by `motion` in
+  // the world.
+  std::optional<Vector2d> carry(const DepthView& view, Pixel pixel, double depth_m,
+                                const DepthView& other, const SE3& motion) const;
 
   // The length on a surface that faces the camera which one pixel covers, m.
   double footprint(const DepthView& view, Pixel pixel) const;
@@ -78,8 +79,10 @@ class DepthComparison {
   std::optional<Vector3d> normal(const DepthView& view, Pixel pixel) const;
   const Vector3d& ray(int x, int y) const;  // z = 1; zero where there is none
 
-  // Whether `other` shows a pixel of the same instance and depth where this one belongs.
-  bool seenNearby(const DepthView& view, Pixel pixel, const DepthView& other) const;
+  // Whether the pixel's point may lie on what `other` shows of the same instance where it belongs:
+  // on a plane, or, where edges and facets are smaller than pixels, between its nearest and
+  // farthest.
+  bool mayShow(const DepthView& view, Pixel pixel, const DepthView& other) const;
 
  private:
   struct Plane {

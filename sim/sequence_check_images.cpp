@@ -15,7 +15,7 @@ void SequenceCheck::State::checkImages(int k, CheckResult& result) const {
               reader->camera().height());
   });
   result.count(Check::kImages, 1);
-  for (const char* channel : {"depth", "id"}) {
+  for (const char* channel : {"depth", "id", "normal"}) {
     const std::string file = frameFile(channel, reader->frameNumber(k));
     if (fs::is_directory(folder / channel) && !fs::exists(folder / file))
       result.add(Check::kImages, file, "is not there");

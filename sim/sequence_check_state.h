@@ -62,9 +62,11 @@ struct SequenceCheck::State {
                         const std::vector<std::shared_ptr<const LoadedFrame>>& others) const;
 
   void listFlow();
-  void checkFlow(int k, const LoadedFrame& frame, CheckResult& result) const;
-  void checkFlowFile(const std::string& file, const LoadedFrame& frame, const LoadedFrame& other,
-                     CheckResult& result) const;
+  void checkFlow(int k, CheckResult& result) const;
+  void checkFlowFile(const std::string& file, int k, int to, CheckResult& result) const;
+  bool flowCloses(const Vector2d& found, const LoadedFrame& frame, Pixel pixel,
+                  const LoadedFrame& other, const SE3& motion) const;
+  bool mayMove(int id, const LoadedFrame& frame) const;
   void checkNormals(int k, const LoadedFrame& frame, CheckResult& result) const;
   SE3 motionOf(uint16_t id, const GroundTruth& from, const GroundTruth& to) const;
 

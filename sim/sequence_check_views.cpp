@@ -115,11 +115,9 @@ std::optional<double> SequenceCheck::State::misplaced(
   int witnesses = 0;
   for (size_t i = 0; i < others.size(); ++i) {
     const DepthView& other = others[i]->view;
+    if (depth->mayShow(frame.view, pixel, other)) return std::nullopt;
     const auto off = depth->difference(frame.view, pixel, other);
-    if (!off) {
-      if (depth->seenNearby(frame.view, pixel, other)) return std::nullopt;
-      continue;
-    }
+    if (!off) continue;
     if (std::abs(*off) < kPixelOff_m) return std::nullopt;
     if (id != 0) {
       const auto [known, is_new] = resting.try_emplace({i, id});
@@ -158,7 +156,7 @@ bool SequenceCheck::State::showsItselfAgain(
       const double z = static_cast<double>(other.view.depth_m(p.x, p.y));
       return std::abs(p.x - place->u_px.x()) <= kStructure_px &&
              std::abs(p.y - place->u_px.y()) <= kStructure_px &&
-             std::abs(z - place->depth_m) < tolerance;
+             std::abs(z - place->p.z()) < tolerance;
     });
   };
   if (near(frame, true)) return true;
