@@ -9,6 +9,7 @@
 #include "core/errors.h"
 #include "sim/candidate_triangles.h"
 #include "sim/moving_objects.h"
+#include "sim/narrow_triangles.h"
 #include "sim/nearby_hits.h"
 #include "sim/plane_depth.h"
 #include "sim/ray_table.h"
@@ -73,6 +74,14 @@ std::vector<const RenderScene*> layersOf(const RenderScene& scene) {
   return layers;
 }
 
+std::vector<SE3> posesIn(const WideView& view, const Subframe& subframe) {
+  const SE3 T_view_camera{Eigen::Quaterniond(view.R_view_camera), Vector3d::Zero()};
+  std::vector<SE3> T_view_layer;
+  for (const SE3& T_layer_camera : subframe.T_layer_camera)
+    T_view_layer.push_back(T_view_camera * T_layer_camera.inverse());
+  return T_view_layer;
+}
+
 }  // namespace
 
 struct RasterRenderer::State {
@@ -88,6 +97,7 @@ struct RasterRenderer::State {
         layers(layersOf(*scene)),
         raster(layers, mostOf(&PinholeView::width), mostOf(&PinholeView::height)),
         ids(wide.views().size()),
+        narrow(wide.views().size()),
         colors(wide.views().size()) {
     if (!scene->moving.empty()) moving.emplace(scene, camera, table);
   }
@@ -103,12 +113,14 @@ struct RasterRenderer::State {
     return layer == 0 ? moving->lightAround() : moving->lightOf(layer - 1);
   }
   void drawIds(const Subframe& subframe);
+  void markNarrow(const Subframe& subframe);
   void findTruth(int tile, const CameraFrame& frame);
   void takeCandidates(const PacketRays& packet, int x, int y, const SE3& T_camera_world,
                       MovingObjects::Centers& centers, Int8& triangle) const;
   void traceMissed(int tile, const PacketRays& packet, int y, const CameraFrame& frame,
                    MovingObjects::Centers& centers, Int8& triangle) const;
   CandidateTriangles candidatesAround(int x, int y, int valid) const;
+  bool mayHideNarrow(int x, int y) const;
   int subframeCount(const ExposureMotion& motion) const;
   void addColors(const Subframe& subframe, float brightest);
   void addColors(size_t view, int row, const Subframe& subframe, float brightest);
@@ -127,6 +139,7 @@ struct RasterRenderer::State {
   TriangleRaster raster;
   std::optional<MovingObjects> moving;
   std::vector<std::vector<uint32_t>> ids;        // per view
+  std::vector<std::vector<uint8_t>> narrow;      // per view: what the ids may not show
   std::vector<std::vector<LinearColor>> colors;  // per view
 };
 
@@ -143,6 +156,7 @@ RenderedFrame RasterRenderer::render(const ExposureMotion& motion) const {
   if (s.moving) s.moving->begin(motion, s.pool);
   const Subframe middle = s.subframeAt(motion, 0);
   s.drawIds(middle);
+  s.markNarrow(middle);
   s.pool.run(s.table.tileCount(), [&](int tile) { s.findTruth(tile, cameras[0]); });
 
   for (size_t v = 0; v < s.colors.size(); ++v) s.colors[v].assign(s.ids[v].size(), LinearColor{});
@@ -177,16 +191,22 @@ Subframe RasterRenderer::State::subframeAt(const ExposureMotion& motion, double 
 
 void RasterRenderer::State::drawIds(const Subframe& subframe) {
   for (size_t v = 0; v < ids.size(); ++v) {
-    const WideView& view = wide.views()[v];
-    PinholeView pinhole = view.pinhole;
+    PinholeView pinhole = wide.views()[v].pinhole;
     pinhole.cx -= subframe.shift_px.x();
     pinhole.cy -= subframe.shift_px.y();
-    const SE3 T_view_camera{Eigen::Quaterniond(view.R_view_camera), Vector3d::Zero()};
-    std::vector<SE3> T_view_layer;
-    for (const SE3& T_layer_camera : subframe.T_layer_camera)
-      T_view_layer.push_back(T_view_camera * T_layer_camera.inverse());
-    raster.draw(pinhole, T_view_layer, ids[v]);
+    raster.draw(pinhole, posesIn(wide.views()[v], subframe), ids[v]);
   }
+}
+
+void RasterRenderer::State::markNarrow(const Subframe& subframe) {
+  pool.run(static_cast<int>(narrow.size()), [&](int v) {
+    const WideView& view = wide.views()[static_cast<size_t>(v)];
+    std::vector<uint8_t>& marks = narrow[static_cast<size_t>(v)];
+    marks.assign(ids[static_cast<size_t>(v)].size(), 0);
+    const std::vector<SE3> T_view_layer = posesIn(view, subframe);
+    for (size_t k = 0; k < layers.size(); ++k)
+      markNarrowTriangles(*layers[k], T_view_layer[k], view.pinhole, marks);
+  });
 }
 
 CandidateTriangles RasterRenderer::State::candidatesAround(int x, int y, int valid) const {
@@ -222,6 +242,15 @@ void RasterRenderer::State::findTruth(int tile, const CameraFrame& frame) {
   }
 }
 
+// Whether something too narrow to be seen in the view may stand before what it shows here.
+bool RasterRenderer::State::mayHideNarrow(int x, int y) const {
+  const PlacedPixel& pixel = wide.placed(x, y);
+  if (pixel.view < 0) return false;
+  const auto view = static_cast<size_t>(pixel.view);
+  return narrow[view][static_cast<size_t>(std::lround(pixel.y) * wide.views()[view].pinhole.width +
+                                          std::lround(pixel.x))] != 0;
+}
+
 // Inside a surface that rests.
 void RasterRenderer::State::takeCandidates(const PacketRays& packet, int x, int y,
                                            const SE3& T_camera_world,
@@ -235,14 +264,15 @@ void RasterRenderer::State::takeCandidates(const PacketRays& packet, int x, int 
     CameraTriangle(*scene, T_camera_world, candidate).meet(nearest);
   for (int lane = 0; lane < 8; ++lane) {
     const auto i = static_cast<size_t>(lane);
-    if (nearest.triangle[i] < 0) continue;
+    if (nearest.triangle[i] < 0 || mayHideNarrow(x + laneX(lane), y + laneY(lane))) continue;
     triangle[lane] = static_cast<int>(nearest.triangle[i]);
     centers.depth_m[lane] = static_cast<float>(nearest.depth[i]);
     centers.id[lane] = scene->triangles[static_cast<size_t>(triangle[lane])].instance;
   }
 }
 
-// At outlines, on moving objects, and where no candidate stops a ray.
+// At outlines, on moving objects, where something may be too narrow to be seen, and where no
+// candidate stops a ray.
 void RasterRenderer::State::traceMissed(int tile, const PacketRays& packet, int y,
                                         const CameraFrame& frame, MovingObjects::Centers& centers,
                                         Int8& triangle) const {

@@ -13,8 +13,8 @@ namespace diorama {
 // Colours are shaded at the pixels of the undistorted view, 1, 4 or 9 for each of the camera's, and
 // averaged once over the camera's pixels; motion blur is the mean of sharp pictures along the
 // exposure. Truth is intersected with each camera pixel's own ray: the triangles seen around it
-// are tried inside a surface; at outlines, and where they are missed, the ray is traced. What is
-// narrower than a pixel of the view, with but one surface around it, may be overlooked.
+// are tried inside a surface; at outlines, where something narrower than a pixel of the view may
+// stand, and where they are missed, the ray is traced.
 class RasterRenderer : public Renderer {
  public:
   // The scene's light must be baked. Throws Error when OSMesa has no context to offer.

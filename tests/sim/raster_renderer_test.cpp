@@ -5,10 +5,8 @@
 #include <unistd.h>
 
 #include <future>
-#include <numeric>
 
 #include "core/errors.h"
-#include "sim/candidate_triangles.h"
 #include "sim/ray_renderer.h"
 #include "tests/sim/lit_scene.h"
 #include "tests/sim/scene_support.h"
@@ -100,6 +98,25 @@ TEST(RasterRenderer, TruthIsTheRayRenderers) {
     EXPECT_GT(ray.silhouettes[2].px_visible, 10) << "the pole must be seen";
   }
   EXPECT_GT(renderStill<RayRenderer>(lit_scene, kFisheye).silhouettes[3].px_visible, 100);
+}
+
+// Battens on a wall, a quarter of a pixel wide, with the wall on both sides.
+TEST(RasterRenderer, TruthShowsWhatIsNarrowerThanAPixel) {
+  const Workshop workshop("raster_narrow");
+  Scene scene = plainScene();
+  scene.objects = {object("wall", workshop.write("wall.obj", square(3)), Vector3d(1, 0, 0))};
+  const auto batten =
+      workshop.write("batten.obj", "v 0 1 0\nv 0 -1 0\nv 0 -1 0.002\nv 0 1 0.002\nf 1 2 3 4\n");
+  for (int k = 0; k < 20; ++k)
+    scene.objects.push_back(
+        object("batten" + std::to_string(k), batten, Vector3d(0.98, 0, 0.0317 * k - 0.3), false));
+  const auto lit_scene = lit(scene);
+  const auto ray = renderStill<RayRenderer>(lit_scene, kDistorted);
+  const auto raster = renderStill<RasterRenderer>(lit_scene, kDistorted);
+  EXPECT_EQ(raster.instance_id, ray.instance_id);
+  EXPECT_GT(std::count_if(ray.instance_id.pixels.begin(), ray.instance_id.pixels.end(),
+                          [](uint16_t id) { return id > 1; }),
+            200);
 }
 
 TEST(RasterRenderer, ColorsAreTheRayRenderers) {
@@ -266,39 +283,6 @@ TEST(RasterRenderer, RefusesARollingShutter) {
   const RasterRenderer renderer(lit(scene), Camera(scene.camera), {RenderQuality::kDraft, 1});
   EXPECT_THROW(
       renderer.render({.T_world_camera = [](double) { return SE3{}; }, .row_time_s = 1e-5}), Error);
-}
-
-TEST(CandidateTriangles, OneSurfaceIsJoinedByEdges) {
-  const Workshop workshop("candidates");
-  Scene scene = plainScene();
-  const auto file = workshop.write("p.obj", square(0.5));
-  scene.objects = {object("near", file, Vector3d(1, 0, 0)), object("far", file, Vector3d(2, 0, 0))};
-  const RenderScene triangles = makeRenderScene(scene);  // 0 and 1 near, 2 and 3 far
-  const auto oneSurface = [&](std::initializer_list<uint32_t> ids) {
-    CandidateTriangles candidates;
-    for (const uint32_t id : ids) candidates.add(id);
-    return candidates.formOneSurface(triangles);
-  };
-  EXPECT_TRUE(oneSurface({1, 1, 1}));
-  EXPECT_TRUE(oneSurface({1, 2, 1, 2}));
-  EXPECT_FALSE(oneSurface({1, 3}));
-  EXPECT_FALSE(oneSurface({1, 2, 3, 4}));
-  EXPECT_FALSE(oneSurface({0}));
-  EXPECT_FALSE(oneSurface({1, 0, 1}));
-
-  const SE3 T_camera_world = scene.path->pose(0).inverse();
-  NearestTriangles rays;
-  std::iota(rays.x.begin(), rays.x.end(), 0.0);
-  for (double& x : rays.x) x = 0.012 + 0.04 * x;  // to 0.292: beyond both squares
-  for (const uint32_t triangle : {2u, 3u, 0u, 1u})
-    CameraTriangle(triangles, T_camera_world, triangle).meet(rays);
-  for (size_t i = 0; i < 8; ++i) {
-    EXPECT_EQ(rays.triangle[i] >= 0, rays.x[i] < 0.25);
-    if (rays.x[i] < 0.25) {
-      EXPECT_LT(rays.triangle[i], 2);
-      EXPECT_NEAR(rays.depth[i], 1, 1e-6);
-    }
-  }
 }
 
 }  // namespace
