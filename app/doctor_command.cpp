@@ -9,6 +9,7 @@
 #include "core/errors.h"
 #include "core/files.h"
 #include "sim/scene.h"
+#include "sim/triangle_raster.h"
 
 namespace diorama {
 namespace fs = std::filesystem;
@@ -51,6 +52,13 @@ std::string checkVideo() {
   return "H.264 can be written";
 }
 
+std::string checkOsMesa() {
+  TriangleRaster raster({}, 4, 4);
+  std::vector<uint32_t> ids;
+  raster.draw({4, 4}, {}, ids);
+  return "gives a context: --renderer raster can be used";
+}
+
 int examine() {
   const Check checks[] = {
       {"version", [] { return std::string(DIORAMA_VERSION); }},
@@ -59,6 +67,7 @@ int examine() {
       {"scenes", checkScenes},
       {"cache", checkCache},
       {"video", checkVideo},
+      {"OSMesa", checkOsMesa},
   };
   int code = kExitDone;
   for (const Check& check : checks) {

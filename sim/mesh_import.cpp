@@ -113,6 +113,8 @@ void checkParsed(const fs::path& file, const aiScene& scene) {
     }
     for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
       const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices == 0)  // assimp aborts the process when it cuts such a face up
+        throw InputError(file, "a face has no vertices");
       for (unsigned k = 0; k < face.mNumIndices; ++k)
         if (face.mIndices[k] >= mesh.mNumVertices)
           throw InputError(file, "a face refers to a vertex that is not there");

@@ -49,6 +49,26 @@ TEST(CommandLine, HelpAndVersionSucceed) {
   EXPECT_EQ(runDiorama({"--version"}, folder).code, 0);
 }
 
+TEST(CommandLine, TheRasterRendererRefusesARollingShutter) {
+  const test::TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  expectOneLine(runDiorama({"render", "scenes/stress/rolling_shutter.yaml", "-o", out, "--renderer",
+                            "raster", "--frames", "0:1", "--quality", "draft"},
+                           folder),
+                kExitBadData,
+                "rolling_shutter.yaml: camera.row_time_s: the raster renderer has no rolling "
+                "shutter; use --renderer ray");
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST(CommandLine, DoctorFindsWhatThereIs) {
+  const test::TemporaryFolder folder;
+  const ProgramResult result = runDiorama({"doctor"}, folder);
+  EXPECT_EQ(result.code, 0) << result.out;
+  EXPECT_NE(result.out.find("ok   OSMesa"), std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("BAD"), std::string::npos) << result.out;
+}
+
 TEST(CommandLine, MissingAndBadInput) {
   const test::TemporaryFolder folder;
   const std::string out = (folder / "out").string();

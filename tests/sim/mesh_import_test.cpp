@@ -128,6 +128,12 @@ TEST_F(MeshImport, RejectsBadNumbersAndIndices) {
   EXPECT_NE(problem("v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n"), "no error");
 }
 
+// Which assimp would answer by aborting the process.
+TEST_F(MeshImport, RejectsFacesWithoutVertices) {
+  const std::string text = "OFF\n4 2 0\n0 0 0 0.1 0\n0 0.1 0\n0 0 0.1\n3 0 1 2\n3 0 1 3\n";
+  EXPECT_NE(problem(text, "bad.off").find("a face has no vertices"), std::string::npos);
+}
+
 TEST_F(MeshImport, RejectsUnknownFormatAndMissingTexture) {
   EXPECT_NE(problem("hello", "mesh.xyz123"), "no error");
   write("quad.mtl", "newmtl paint\nmap_Kd absent.png\n");

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -62,6 +63,12 @@ class Mutator {
   uint32_t seed_;
   uint64_t counter_ = 0;
 };
+
+// How many damaged files a test makes; DIORAMA_MUTATIONS=1000 asks for more than the usual.
+inline uint32_t mutationCount(uint32_t usual) {
+  const char* const asked = std::getenv("DIORAMA_MUTATIONS");
+  return asked ? static_cast<uint32_t>(std::strtoul(asked, nullptr, 10)) : usual;
+}
 
 // What a damaged file did: threw one good line, or was accepted.
 template <class Action>
