@@ -7,6 +7,8 @@
 #include <assimp/scene.h>
 #include <assimp/IOStream.hpp>
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
@@ -17,7 +19,7 @@
 
 #include "core/errors.h"
 #include "core/files.h"
-#include "core/text.h"
+#include "sim/mesh_file_check.h"
 
 namespace diorama {
 namespace fs = std::filesystem;
@@ -56,52 +58,6 @@ class GuardedFiles : public Assimp::DefaultIOSystem {
 };
 
 std::string firstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
-
-// A file whose last line ends in the middle of a vertex or face was cut off; assimp would read on.
-void checkObjEnd(const fs::path& file, const std::string& content) {
-  if (content.ends_with('\n')) return;
-  const size_t start = content.find_last_of('\n');
-  const std::string last = content.substr(start == std::string::npos ? 0 : start + 1);
-  const auto fields = splitBlanks(last);
-  if (fields.empty()) return;
-  const bool counted =
-      fields[0] == "v" || fields[0] == "vn" || fields[0] == "vt" || fields[0] == "f";
-  const size_t expected = fields[0] == "vt" ? 3 : 4;
-  if ((counted && fields.size() < expected) || fields.back().ends_with('/'))
-    throw InputError(file, "the file is cut off in its last line");
-}
-
-// OBJ indices count from 1, or backwards from -1; assimp tolerates some that point nowhere.
-void checkObjIndices(const fs::path& file, const std::string& content) {
-  int64_t count = 0;
-  int line_number = 0;
-  for (size_t at = 0; at < content.size(); ++line_number) {
-    const size_t end = std::min(content.find('\n', at), content.size());
-    const std::string_view line = std::string_view(content).substr(at, end - at);
-    at = end + 1;
-    if (line.starts_with("v ") || line.starts_with("v\t")) ++count;
-    if (!line.starts_with("f ") && !line.starts_with("f\t")) continue;
-    for (const std::string_view field : splitBlanks(trim(line).substr(1))) {
-      const std::string_view text = field.substr(0, field.find('/'));
-      const auto index = parseInteger(text);
-      if (!index || *index == 0 || *index > count || *index < -count)
-        throw InputError(
-            SourcePlace{file.string(), line_number + 1, 1},
-            "a face refers to vertex " + std::string(text) + " of " + std::to_string(count));
-    }
-  }
-}
-
-void checkContent(const fs::path& file) {
-  const std::string content = readFile(file);
-  if (content.empty()) throw InputError(file, "the file is empty");
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension != ".obj") return;
-  checkObjEnd(file, content);
-  checkObjIndices(file, content);
-}
 
 void checkParsed(const fs::path& file, const aiScene& scene) {
   for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
@@ -283,7 +239,7 @@ class Importer {
 }  // namespace
 
 Mesh importMesh(const fs::path& file, const MeshImportOptions& options) {
-  checkContent(file);
+  checkMeshFile(file);
   Assimp::Importer importer;
   const aiScene& scene = parse(file, importer);
   return Importer(file, scene, options).run();

@@ -128,10 +128,23 @@ TEST_F(MeshImport, RejectsBadNumbersAndIndices) {
   EXPECT_NE(problem("v 0 0 0\nv 1 0 0\nv 0 1 0\nf a b c\n"), "no error");
 }
 
-// Which assimp would answer by aborting the process.
-TEST_F(MeshImport, RejectsFacesWithoutVertices) {
-  const std::string text = "OFF\n4 2 0\n0 0 0 0.1 0\n0 0.1 0\n0 0 0.1\n3 0 1 2\n3 0 1 3\n";
-  EXPECT_NE(problem(text, "bad.off").find("a face has no vertices"), std::string::npos);
+// On which assimp would abort the process, read beyond its arrays, or allocate for minutes.
+TEST_F(MeshImport, RejectsOffFilesThatDoNotKeepTheirPromises) {
+  const std::string vertices = "0 0 0\n0.1 0 0\n0 0.1 0  # the third\n\n";
+  EXPECT_EQ(importMesh(write("good.off", "OFF\n3 1 0\n" + vertices + "3 0 1 2\n")).triangles.size(),
+            1u);
+  EXPECT_EQ(importMesh(write("one.off", "OFF 3 1 0\n" + vertices + "3 0 1 2")).triangles.size(),
+            1u);
+  const std::pair<const char*, const char*> bad[] = {
+      {"OFF\n3 1 0\n0 0 0 0.1\n0 0\n0 0.1 0\n3 0 1 2\n", "bad.off:4:1: a vertex has fewer"},
+      {"OFF\n49999999999 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "cut off"},
+      {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n0\n", "a face has fewer vertices than it says, or none"},
+      {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9 0 1 2\n", "fewer vertices than it says"},
+      {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "bad.off:6:1: a face refers to vertex 3 of 3"},
+      {"OFF\n-3 1 0\n", "bad.off:2:1: expected the numbers"},
+      {"OFF BINARY\n3 1 0\n", "bad.off:1:1: expected a text"}};
+  for (const auto& [text, part] : bad)
+    EXPECT_NE(problem(text, "bad.off").find(part), std::string::npos) << problem(text, "bad.off");
 }
 
 TEST_F(MeshImport, RejectsUnknownFormatAndMissingTexture) {
