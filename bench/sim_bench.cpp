@@ -1,6 +1,7 @@
 // Frames of scenes/orange_juice.yaml with all truth channels, on all cores, real time.
 #include <benchmark/benchmark.h>
 
+#include "sim/mesh_import.h"
 #include "sim/simulator.h"
 
 namespace diorama {
@@ -8,10 +9,17 @@ namespace {
 
 constexpr int kFrames = 100;
 
+double trianglesOf(const Scene& scene) {
+  size_t count = importMesh(scene.environment_mesh).triangles.size();
+  for (const SceneObject& object : scene.objects) count += importMesh(object.mesh).triangles.size();
+  return static_cast<double>(count);
+}
+
 void BM_RenderFrame(benchmark::State& state, RenderQuality quality,
                     RendererKind renderer = RendererKind::kRay) {
-  Simulator simulator(loadScene(DIORAMA_SOURCE_DIR "/scenes/orange_juice.yaml"),
-                      {.quality = quality, .renderer = renderer});
+  const Scene scene = loadScene(DIORAMA_SOURCE_DIR "/scenes/orange_juice.yaml");
+  Simulator simulator(scene, {.quality = quality, .renderer = renderer});
+  state.counters["triangles"] = trianglesOf(scene);
   int frame = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(simulator.read(frame));
