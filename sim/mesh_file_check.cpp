@@ -79,7 +79,9 @@ class FieldLines {
 void checkOff(const fs::path& file, const std::string& content) {
   FieldLines lines(file, content);
   auto header = lines.next();
-  if (!header[0].ends_with("OFF") || header.back() == "BINARY")
+  // With an n, the dimension of space stands before the numbers.
+  if (!header[0].ends_with("OFF") || header[0].find('n') < header[0].size() ||
+      header.back() == "BINARY")
     lines.fail("expected a text that begins with OFF");
   header.erase(header.begin());
   if (header.empty()) header = lines.next();

@@ -1,12 +1,14 @@
 // Channels that only some sequences have: optical flow and normals.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 
 #include "sim/image_file.h"
 #include "sim/sequence_check_state.h"
 #include "sim/sequence_names.h"
+#include "sim/truth_files.h"
 
 namespace diorama {
 namespace fs = std::filesystem;
@@ -14,7 +16,8 @@ namespace {
 
 constexpr double kFlow_px = 0.05;     // files resolve 1/64 px
 constexpr double kDepth_m = 0.00012;  // and depth to half of 0.2 mm
-constexpr double kFlowScale = 64, kFlowZero = 32768;
+// What turns slowly may move by more than that in few of its pixels, but not by far.
+constexpr double kFreeFlow_px = 5 * kFlow_px;
 constexpr double kMovingRatio = 0.2;  // more pixels of an instance off: it moves by itself
 constexpr double kNormal_rad = 20 * std::numbers::pi / 180;  // 3 x 3 pixels know it no better
 constexpr double kUnit = 0.02;                               // of 8 bits
@@ -92,30 +95,40 @@ bool SequenceCheck::State::mayMove(int id, const LoadedFrame& frame) const {
   return true;
 }
 
-// How a tracked object has moved in the world; all else rests.
-SE3 SequenceCheck::State::motionOf(uint16_t id, const GroundTruth& from,
-                                   const GroundTruth& to) const {
+// How a tracked object has moved in the world, when both poses are known; all else rests.
+std::optional<SE3> SequenceCheck::State::motionOf(uint16_t id, const GroundTruth& from,
+                                                  const GroundTruth& to) const {
   for (size_t n = 0; n < reader->objects().size(); ++n) {
     if (idOf(n) != id) continue;
     for (const ObjectTruth& a : from.objects)
       for (const ObjectTruth& b : to.objects)
         if (a.name == reader->objects()[n].name && b.name == a.name)
           return b.T_world_object * a.T_world_object.inverse();
+    return std::nullopt;
   }
-  return {};
+  return SE3{};
 }
 
-// Whether a pixel's flow is what depth and poses make of it, as far as their files resolve.
-bool SequenceCheck::State::flowCloses(const Vector2d& found, const LoadedFrame& frame, Pixel pixel,
-                                      const LoadedFrame& other, const SE3& motion) const {
+// How far a pixel's flow is from what depth and poses make of it, beyond what the depth's unit may
+// make, px.
+double SequenceCheck::State::flowError(const Vector2d& found_px, const LoadedFrame& frame,
+                                       Pixel pixel, const LoadedFrame& other,
+                                       const SE3& motion) const {
   const double z = static_cast<double>(frame.view.depth_m(pixel.x, pixel.y));
   const auto expected = depth->carry(frame.view, pixel, z, other.view, motion);
-  // At the very border the point may lie half outside the image.
-  if (!expected) return !reader->camera().contains(found, 1);
-  const double off = (*expected - found).cwiseAbs().maxCoeff();
-  if (off < kFlow_px) return true;
+  if (!expected)  // at the very border the point may lie half outside the image
+    return reader->camera().contains(found_px, 1) ? std::numeric_limits<double>::infinity() : 0;
+  const double off = (*expected - found_px).cwiseAbs().maxCoeff();
+  if (off < kFlow_px) return off;
   const auto farther = depth->carry(frame.view, pixel, z + kDepth_m, other.view, motion);
-  return farther && off < kFlow_px + (*farther - *expected).cwiseAbs().maxCoeff();
+  return farther ? off - (*farther - *expected).cwiseAbs().maxCoeff() : off;
+}
+
+// Which is another check's finding.
+bool SequenceCheck::State::objectsAreOff(int k) const {
+  CheckResult result;
+  checkObjects(k, *frame(k), result);
+  return !result.findings.empty();
 }
 
 void SequenceCheck::State::checkFlowFile(const std::string& file, int k, int to,
@@ -124,34 +137,30 @@ void SequenceCheck::State::checkFlowFile(const std::string& file, int k, int to,
   const LoadedFrame &frame = *from_frame, &other = *to_frame;
   const int width = reader->camera().width(), height = reader->camera().height();
   const Image<Rgb16> image = readWideColor(folder / file, width, height);
-  if (other.view.depth_m.empty()) return;
-  std::vector<SE3> motions;
+  if (!frame.has_ids || other.view.depth_m.empty()) return;  // nothing tells what moves, or whither
+  std::vector<std::optional<SE3>> motions;
   for (int id = 0; id <= last_id; ++id)
     motions.push_back(motionOf(static_cast<uint16_t>(id), frame.truth, other.truth));
-  std::vector<Mismatch> mismatches(motions.size());
+  std::vector<Mismatch> off(motions.size()), far(motions.size());
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       const Rgb16& pixel = image(x, y);
       const uint16_t id = frame.view.ids(x, y);
-      if (pixel.b == 0 || id > last_id || !(frame.view.depth_m(x, y) > 0)) continue;
-      Mismatch& mismatch = mismatches[id];
-      ++mismatch.pixels;
-      const Vector2d found(x + (pixel.r - kFlowZero) / kFlowScale,
-                           y + (pixel.g - kFlowZero) / kFlowScale);
-      if (!flowCloses(found, frame, {x, y}, other, motions[id])) mismatch.add(x, y);
+      if (pixel.b == 0 || id > last_id || !motions[id] || !(frame.view.depth_m(x, y) > 0)) continue;
+      const Vector2d found(x + double{pixel.r - kFlowZero} / kFlowScale,
+                           y + double{pixel.g - kFlowZero} / kFlowScale);
+      const double error = flowError(found, frame, {x, y}, other, *motions[id]);
+      ++off[id].pixels;
+      if (error > kFlow_px) off[id].add(x, y);
+      if (error > kFreeFlow_px) far[id].add(x, y);
     }
-  const auto posesAreOff = [&] {  // which is another check's finding
-    CheckResult objects_of_both;
-    checkObjects(k, frame, objects_of_both);
-    checkObjects(to, other, objects_of_both);
-    return !objects_of_both.findings.empty();
-  };
   for (int id = 0; id <= last_id; ++id) {
-    const Mismatch& m = mismatches[static_cast<size_t>(id)];
-    result.count(Check::kFlow, m.pixels);
-    const bool as_a_whole = m.off > kMovingRatio * m.pixels;
-    if (m.off > 0 && !(as_a_whole && (mayMove(id, frame) || posesAreOff())))
-      result.add(Check::kFlow, file, "is not what depth and poses make of it " + places(m));
+    const auto i = static_cast<size_t>(id);
+    result.count(Check::kFlow, off[i].pixels);
+    const bool as_a_whole = off[i].off > kMovingRatio * off[i].pixels, free = mayMove(id, frame);
+    const Mismatch& wrong = free ? far[i] : off[i];
+    if (wrong.off > 0 && !(as_a_whole && (free || objectsAreOff(k) || objectsAreOff(to))))
+      result.add(Check::kFlow, file, "is not what depth and poses make of it " + places(wrong));
   }
 }
 

@@ -64,11 +64,12 @@ struct SequenceCheck::State {
   void listFlow();
   void checkFlow(int k, CheckResult& result) const;
   void checkFlowFile(const std::string& file, int k, int to, CheckResult& result) const;
-  bool flowCloses(const Vector2d& found, const LoadedFrame& frame, Pixel pixel,
-                  const LoadedFrame& other, const SE3& motion) const;
+  double flowError(const Vector2d& found_px, const LoadedFrame& frame, Pixel pixel,
+                   const LoadedFrame& other, const SE3& motion) const;
+  bool objectsAreOff(int k) const;
   bool mayMove(int id, const LoadedFrame& frame) const;
   void checkNormals(int k, const LoadedFrame& frame, CheckResult& result) const;
-  SE3 motionOf(uint16_t id, const GroundTruth& from, const GroundTruth& to) const;
+  std::optional<SE3> motionOf(uint16_t id, const GroundTruth& from, const GroundTruth& to) const;
 
   std::filesystem::path folder;
   CheckResult opening;  // what was wrong with the text files

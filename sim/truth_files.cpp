@@ -65,13 +65,12 @@ Image<Rgb8> toPicture(const Image<Normal>& normal) {
 }
 
 Image<Rgb16> toPicture(const FlowField& flow) {
-  constexpr float kScale = 64, kZero = 32768;
   Image<Rgb16> picture(flow.flow_px.width, flow.flow_px.height);
   for (size_t i = 0; i < picture.pixels.size(); ++i) {
     const FlowState state = flow.state.pixels[i];
     if (state == FlowState::kNoSurface) continue;
-    const float u = std::round(kScale * flow.flow_px.pixels[i].u + kZero),
-                v = std::round(kScale * flow.flow_px.pixels[i].v + kZero);
+    const float u = std::round(kFlowScale * flow.flow_px.pixels[i].u + kFlowZero),
+                v = std::round(kFlowScale * flow.flow_px.pixels[i].v + kFlowZero);
     if (u < 1 || v < 1 || u > 65535 || v > 65535) continue;
     picture.pixels[i] = {static_cast<uint16_t>(u), static_cast<uint16_t>(v),
                          static_cast<uint16_t>(state == FlowState::kVisible)};

@@ -18,6 +18,7 @@ Image<Rgb8> toPicture(const Image<Normal>& normal);
 // KITTI's: red and green are 64 * flow + 2^15, blue is 1 where the point is seen in the other
 // frame. The flow is written wherever the point projects and the format can hold it (512 px), also
 // where blue is 0; else red and green are 0.
+inline constexpr float kFlowScale = 64, kFlowZero = 32768;
 Image<Rgb16> toPicture(const FlowField& flow);
 
 struct NamedFile {

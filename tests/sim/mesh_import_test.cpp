@@ -142,6 +142,7 @@ TEST_F(MeshImport, RejectsOffFilesThatDoNotKeepTheirPromises) {
       {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n9 0 1 2\n", "fewer vertices than it says"},
       {"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "bad.off:6:1: a face refers to vertex 3 of 3"},
       {"OFF\n-3 1 0\n", "bad.off:2:1: expected the numbers"},
+      {"nOFF 3\n3 1 0\n", "bad.off:1:1: expected a text"},
       {"OFF BINARY\n3 1 0\n", "bad.off:1:1: expected a text"}};
   for (const auto& [text, part] : bad)
     EXPECT_NE(problem(text, "bad.off").find(part), std::string::npos) << problem(text, "bad.off");

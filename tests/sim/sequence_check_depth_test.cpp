@@ -19,7 +19,6 @@ class SequenceCheckDepth : public test::CheckedSequence {};
 // Every place that has a surface: walls, floor, the other box and the known one.
 TEST_F(SequenceCheckDepth, OnePixelOfDepthThatIsTwentyMillimetresOff) {
   const std::string file = "depth/000004.png", good = text(file);
-  const Image<uint16_t> ids = image<uint16_t>("id/000004.png");
   fs::remove(sequence_ / "manifest.csv");
   int tried = 0, found = 0;
   for (int y = 7; y < 120; y += 35)
