@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "sim/shading.h"
-
 namespace diorama {
 
 using simd::Float8;
@@ -22,22 +20,47 @@ float greatest(Float8 v) { return -least(-v); }
 
 }  // namespace
 
-Vector8 ColorPainter::sharp(const PacketRays& packet, const RayPacket& rays,
-                            const PacketHits& hits) const {
-  if (!simd::bits(hits.mask)) return simd::splat3(scene.sky);
-  const Surface surface = shading::surfaceOfPixel(scene, light, rays, hits, splat(packet.pixel));
-  return shading::radianceOf(scene, light, rays, hits, surface);
+bool ColorPainter::meet(Sight& sight) const {
+  if (!simd::bits(sight.hits.mask)) return false;
+  shading::loadTriangles(scene, sight.hits, sight.triangles);
+  sight.point = shading::viewedPoint(sight.triangles, sight.rays, sight.hits);
+  sight.light = shading::lightCorners(sight.triangles, sight.point);
+  return true;
 }
 
-Vector8 ColorPainter::smooth(const PacketRays& packet, const RayPacket& rays,
-                             const PacketHits& hits, const PatternRows& pattern) const {
-  if (!simd::bits(hits.mask)) return simd::splat3(scene.sky);
-  TriangleLanes t;
-  shading::loadTriangles(scene, hits, t);
-  const ViewedPoint point = shading::viewedPoint(t, rays, hits);
-  const Float8 level =
-      shading::middleLevel(t, point, splat(packet.pixel * pattern.first.footprint));
-  const Vector8 p = rays.origin + rays.direction * point.distance;
+void ColorPainter::prefetch(const Sight& sight) const {
+  shading::prefetchLight(light.map, sight.light);
+  shading::prefetchTexture(scene, sight.triangles, sight.point.tex_u, sight.point.tex_v,
+                           sight.level + 0.5f);
+}
+
+void ColorPainter::look(const PacketRays& packet, Sight& sight) const {
+  if (!meet(sight)) return;
+  sight.level = shading::levelOfTwo(sight.triangles, sight.point, splat(packet.pixel));
+  prefetch(sight);
+}
+
+void ColorPainter::look(const PacketRays& packet, float footprint, Sight& sight) const {
+  if (!meet(sight)) return;
+  sight.level = shading::middleLevel(sight.triangles, sight.point, splat(packet.pixel * footprint));
+  prefetch(sight);
+}
+
+Vector8 ColorPainter::sharp(const PacketRays& packet, const Sight& sight) const {
+  if (!simd::bits(sight.hits.mask)) return simd::splat3(scene.sky);
+  const Vector8 texture =
+      shading::twoTaps(scene, sight.triangles, sight.point, splat(packet.pixel), sight.level);
+  const Surface surface =
+      shading::surfaceOf(light, sight.triangles, sight.point, sight.light, texture);
+  return shading::radianceOf(scene, light, sight.rays, sight.hits, surface);
+}
+
+Vector8 ColorPainter::smooth(const PacketRays& packet, const Sight& sight,
+                             const PatternRows& pattern) const {
+  if (!simd::bits(sight.hits.mask)) return simd::splat3(scene.sky);
+  const TriangleLanes& t = sight.triangles;
+  const ViewedPoint& point = sight.point;
+  const Vector8 p = sight.rays.origin + sight.rays.direction * point.distance;
   Vector8 texture = simd::splat3(0, 0, 0);
   for (size_t k = 0; k < pattern.first.base.size(); ++k) {
     const PixelSample& sample = pattern.first.base[k];
@@ -45,13 +68,14 @@ Vector8 ColorPainter::smooth(const PacketRays& packet, const RayPacket& rays,
     const Vector8 to = p - ray.origin;
     const Vector8 way =
         ray.direction * (dot(point.normal, to) / dot(point.normal, ray.direction)) - to;
-    texture =
-        texture + shading::filteredTexture(scene, t, point.tex_u + t.alongU(way),
-                                           point.tex_v + t.alongV(way), level + sample.dither);
+    texture = texture + shading::filteredTexture(scene, t, point.tex_u + t.alongU(way),
+                                                 point.tex_v + t.alongV(way),
+                                                 sight.level + sample.dither);
   }
   texture = texture * splat(1.f / static_cast<float>(pattern.first.base.size()));
-  const Surface surface = shading::surfaceOf(light, t, point, texture);
-  return simd::min(shading::radianceOf(scene, light, rays, hits, surface), splat(brightest));
+  const Surface surface = shading::surfaceOf(light, t, point, sight.light, texture);
+  return simd::min(shading::radianceOf(scene, light, sight.rays, sight.hits, surface),
+                   splat(brightest));
 }
 
 Radiance ColorPainter::sampled(const PacketRays& packet, size_t lane, const SamplePattern& pattern,

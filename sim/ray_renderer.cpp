@@ -174,6 +174,15 @@ void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, TileH
 void RayRenderer::State::keepTruth(int tile, const RowCameras& cameras, const TileHits& all_hits,
                                    Image<Radiance>* picture) {
   PlaneDepth planeDepth(*scene);
+  const ColorPainter paint = painter();
+  std::array<Sight, 2> sights;  // of this packet and the next one
+  const auto look = [&](int p) {
+    Sight& sight = sights[static_cast<size_t>(p & 1)];
+    sight.rays = cameras.rays(table.packet(tile, p), table.packetY(tile, p));
+    sight.hits = all_hits[static_cast<size_t>(p)];
+    paint.look(table.packet(tile, p), sight);
+  };
+  if (picture != nullptr) look(0);
   for (int p = 0; p < kPacketsPerTile; ++p) {
     const PacketRays& packet = table.packet(tile, p);
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
@@ -189,7 +198,10 @@ void RayRenderer::State::keepTruth(int tile, const RowCameras& cameras, const Ti
       patch[lane] = triangle.patch;
     }
     Vector8 color;
-    if (picture != nullptr) color = painter().sharp(packet, cameras.rays(packet, y), hits);
+    if (picture != nullptr) {
+      if (p + 1 < kPacketsPerTile) look(p + 1);
+      color = paint.sharp(packet, sights[static_cast<size_t>(p & 1)]);
+    }
     if (movingIn(tile)) {
       MovingObjects::Centers nearest{simd::select(hits.mask, hits.t, splat(kInfinity)), depth, id,
                                      splat(0)};
@@ -207,12 +219,20 @@ void RayRenderer::State::drawSmooth(int tile, const RowCameras& cameras, const T
                                     Image<Radiance>& radiance) const {
   const ColorPainter paint = painter();
   const MovingPattern& pattern = patterns[patternFor(motions[static_cast<size_t>(tile)].way)];
+  std::array<Sight, 2> sights;  // of this packet and the next one
+  const auto look = [&](int p) {
+    Sight& sight = sights[static_cast<size_t>(p & 1)];
+    sight.rays = cameras.rays(table.packet(tile, p), table.packetY(tile, p));
+    sight.hits = hits[static_cast<size_t>(p)];
+    paint.look(table.packet(tile, p), pattern.rows(0).first.footprint, sight);
+  };
+  look(0);
   for (int p = 0; p < kPacketsPerTile; ++p) {
-    const PacketRays& packet = table.packet(tile, p);
+    if (p + 1 < kPacketsPerTile) look(p + 1);
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    put(paint.smooth(packet, cameras.rays(packet, y), hits[static_cast<size_t>(p)],
-                     pattern.rows(y)),
-        packet, x, y, radiance);
+    const PacketRays& packet = table.packet(tile, p);
+    put(paint.smooth(packet, sights[static_cast<size_t>(p & 1)], pattern.rows(y)), packet, x, y,
+        radiance);
   }
 }
 

@@ -71,7 +71,7 @@ ResponseCurve::ResponseCurve(const EffectsOptions& effects)
   white_ = unscaled(1);
   for (int i = 0; i <= kLevels; ++i) {
     const double root = static_cast<double>(i) / kLevels;
-    table_.push_back(static_cast<uint8_t>(std::lround(255 * evaluate(root * root))));
+    table_.push_back(static_cast<int>(std::lround(255 * evaluate(root * root))));
   }
 }
 
@@ -98,37 +98,39 @@ Image<Rgb8> Sensor::expose(const Image<Radiance>& radiance, const std::vector<Ve
 }
 
 // Photons arrive at random: their number's deviation is its square root.
-simd::Float8 Sensor::withNoise(Float8 light, const uint16_t* draws) const {
+Float8 Sensor::withNoise(Float8 light, Int8 quantile) const {
   const auto full_well = static_cast<float>(effects_.full_well_e);
   const float read = static_cast<float>(effects_.read_noise_e) / full_well;
-  Int8 index;
-  for (int i = 0; i < 8; ++i) index[i] = draws[i] * kQuantiles >> 16;
   const Float8 sigma = simd::sqrt(simd::max(light, simd::splat(0.f)) / full_well + read * read);
-  return light + sigma * simd::gather(normal_.data(), index);
+  return light + sigma * simd::gather(normal_.data(), quantile);
 }
 
-// 16 random bits for each number of a row; draw d, 128 bits, serves numbers 8 d to 8 d + 7.
-std::vector<uint16_t> Sensor::drawsOfRow(int frame, int y, size_t count) const {
-  std::vector<uint16_t> draws((count + 7) / 8 * 64);
-  const uint64_t first = static_cast<uint64_t>(y) * count;
-  for (size_t d = 0; d < count; d += 8) {
-    const auto bits = random_.bitsOfEight(static_cast<uint32_t>(frame), first + d);
-    for (size_t k = 0; k < 8; ++k)
-      for (size_t word = 0; word < 4; ++word)
-        std::memcpy(&draws[8 * (d + k) + 2 * word], &bits[word][k], 4);
+// Places in normal_ for `count` times eight numbers: eight draws of 128 bits serve eight of them.
+std::vector<Int8> Sensor::drawQuantiles(int frame, int y, size_t count) const {
+  const uint64_t draws = (count + 7) / 8 * 8;
+  std::vector<Int8> quantiles(draws);
+  for (size_t d = 0; d < draws; d += 8) {
+    const auto bits =
+        random_.bitsOfEight(static_cast<uint32_t>(frame), static_cast<uint64_t>(y) * draws + d);
+    for (size_t word = 0; word < 4; ++word) {
+      Int8 v;
+      std::memcpy(&v, bits[word].data(), sizeof v);
+      quantiles[d + 2 * word] = v & (kQuantiles - 1);
+      quantiles[d + 2 * word + 1] = (v >> 16) & (kQuantiles - 1);
+    }
   }
-  return draws;
+  return quantiles;
 }
 
 // The row is one list of numbers, red, green and blue of each pixel in turn. Eight pixels are three
-// vectors; each vector shares one draw of random bits.
+// vectors.
 void Sensor::exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, int frame, int y,
                        Image<Rgb8>& out) const {
   Float8 channel_gain[3];
   for (int i = 0; i < 24; ++i) channel_gain[i / 8][i % 8] = static_cast<float>(gain[i % 3]);
   const int groups = (width_ + 7) / 8;
-  std::vector<uint16_t> draws;
-  if (effects_.noise) draws = drawsOfRow(frame, y, 3 * static_cast<size_t>(groups));
+  std::vector<Int8> quantiles;
+  if (effects_.noise) quantiles = drawQuantiles(frame, y, 3 * static_cast<size_t>(groups));
   const float* light = &radiance.row(y)->r;
   uint8_t* pixels = &out.row(y)->r;
   const float* vignette = vignette_.data() + static_cast<size_t>(y) * static_cast<size_t>(width_);
@@ -145,9 +147,10 @@ void Sensor::exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, in
     std::array<uint8_t, 24> coded{};
     for (int part = 0; part < 3; ++part) {
       const Float8 v = simd::load(values.data() + 8 * part) * by_value[part] * channel_gain[part];
-      const Int8 level =
-          levels(effects_.noise ? withNoise(v, draws.data() + 24 * g + 8 * part) : v);
-      for (int i = 0; i < 8; ++i) coded[static_cast<size_t>(8 * part + i)] = response_[level[i]];
+      const auto vector = static_cast<size_t>(3 * g + part);
+      const Int8 code = response_[levels(effects_.noise ? withNoise(v, quantiles[vector]) : v)];
+      for (size_t i = 0; i < 8; ++i)
+        coded[8 * static_cast<size_t>(part) + i] = static_cast<uint8_t>(code[i]);
     }
     std::memcpy(pixels + 24 * g, coded.data(), 3 * count);
   }

@@ -23,7 +23,7 @@ class ResponseCurve {
   explicit ResponseCurve(const EffectsOptions& effects = {});
   static constexpr int kLevels = 4096;
   // Looked up at round(sqrt(light) * kLevels), light in [0, 1].
-  uint8_t operator[](int level) const { return table_[static_cast<size_t>(level)]; }
+  simd::Int8 operator[](simd::Int8 level) const { return simd::gather(table_.data(), level); }
   double evaluate(double light) const;  // in [0, 1], of white
 
  private:
@@ -31,7 +31,7 @@ class ResponseCurve {
   std::string kind_;
   double gamma_;
   double white_ = 1;
-  std::vector<uint8_t> table_;
+  std::vector<int> table_;
 };
 
 class Sensor {
@@ -44,8 +44,8 @@ class Sensor {
                      WorkerPool& pool) const;
 
  private:
-  simd::Float8 withNoise(simd::Float8 light, const uint16_t* draws) const;
-  std::vector<uint16_t> drawsOfRow(int frame, int y, size_t count) const;
+  simd::Float8 withNoise(simd::Float8 light, simd::Int8 quantile) const;
+  std::vector<simd::Int8> drawQuantiles(int frame, int y, size_t count) const;
   void exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, int frame, int y,
                  Image<Rgb8>& out) const;
 

@@ -28,8 +28,13 @@ using simd::splat;
 using simd::toFloat;
 using simd::Vector8;
 
-// Interpolates the light map in the grid cell's triangle around (u, v).
-inline Vector8 bakedLight(const LightMap& map, Int8 offset, Int8 resolution, Float8 u, Float8 v) {
+// The samples of a light map at the corners of the grid cell's triangle around (u, v).
+struct LightCorners {
+  Int8 at[3];
+  Float8 weight[3];
+};
+
+inline LightCorners lightCorners(Int8 offset, Int8 resolution, Float8 u, Float8 v) {
   const Float8 r = toFloat(resolution);
   const Float8 x = simd::max(u, splat(0.f)) * r, y = simd::max(v, splat(0.f)) * r;
   const Int8 i = simd::min(simd::toInt(x), resolution - 1);
@@ -42,33 +47,44 @@ inline Vector8 bakedLight(const LightMap& map, Int8 offset, Int8 resolution, Flo
   const Float8 w1 = simd::select(upper, 1.f - fy, fx), w2 = 1.f - w0 - w1;
   const Int8 row = offset + j * (resolution + 1) - ((j * (j - 1)) >> 1);
   const Int8 above = row + resolution + 1 - j;
+  return {{simd::select(upper, above + i + 1, row + i), row + i + 1, above + i}, {w0, w1, w2}};
+}
+
+inline Vector8 bakedLight(const LightMap& map, const LightCorners& corners) {
   const int* samples = reinterpret_cast<const int*>(map.samples.data());
   Vector8 light = simd::splat3(0, 0, 0);
-  const auto add = [&](Int8 at, Float8 weight) {
-    const Int8 q = simd::gather(samples, at);
+  for (int k = 0; k < 3; ++k) {
+    const Int8 q = simd::gather(samples, corners.at[k]);
     const Float8 red = toFloat(q & 2047), green = toFloat((q >> 11) & 2047),
                  blue = toFloat((q >> 22) & 1023);
-    light.x += weight * red * red;
-    light.y += weight * green * green;
-    light.z += weight * blue * blue;
-  };
-  add(simd::select(upper, above + i + 1, row + i), w0);
-  add(row + i + 1, w1);
-  add(above + i, w2);
+    light.x += corners.weight[k] * red * red;
+    light.y += corners.weight[k] * green * green;
+    light.z += corners.weight[k] * blue * blue;
+  }
   const float scale = map.max / (2047.f * 2047.f), blue_scale = map.max / (1023.f * 1023.f);
   return light * Vector8{splat(scale), splat(scale), splat(blue_scale)};
 }
 
+inline LightCorners lightCorners(const TriangleLanes& t, const ViewedPoint& point) {
+  return lightCorners(t.light_offset, t.light_resolution, point.u, point.v);
+}
+
+inline void prefetchLight(const LightMap& map, const LightCorners& corners) {
+  for (const Int8& at : {corners.at[1], corners.at[2]})  // in two rows
+    for (int lane = 0; lane < 8; ++lane)
+      __builtin_prefetch(&map.samples[static_cast<size_t>(at[lane])]);
+}
+
 // `texture` is what the material's texture shows there.
 inline Surface surfaceOf(const LightView& light, const TriangleLanes& t, const ViewedPoint& point,
-                         const Vector8& texture) {
+                         const LightCorners& corners, const Vector8& texture) {
   Surface surface;
   surface.instance = t.instance;
   surface.specular = t.specular;
   surface.lobe = t.lobe;
   surface.emission = t.emits ? texture * t.emission : simd::splat3(0, 0, 0);
   surface.albedo = texture * t.tint;
-  surface.light = bakedLight(light.map, t.light_offset, t.light_resolution, point.u, point.v);
+  surface.light = bakedLight(light.map, corners);
   const Vector8 n = {t.normal0[0] + point.u * t.normal1[0] + point.v * t.normal2[0],
                      t.normal0[1] + point.u * t.normal1[1] + point.v * t.normal2[1],
                      t.normal0[2] + point.u * t.normal1[2] + point.v * t.normal2[2]};
@@ -85,7 +101,8 @@ inline Surface surfaceAt(const RenderScene& scene, const LightView& light, const
   loadTriangles(scene, hits, t);
   const ViewedPoint point = viewedPoint(t, rays, hits);
   const Float8 level = middleLevel(t, point, pixel) + dither;
-  return surfaceOf(light, t, point, filteredTexture(scene, t, point.tex_u, point.tex_v, level));
+  return surfaceOf(light, t, point, lightCorners(t, point),
+                   filteredTexture(scene, t, point.tex_u, point.tex_v, level));
 }
 
 // A whole pixel by one sample.
@@ -94,7 +111,8 @@ inline Surface surfaceOfPixel(const RenderScene& scene, const LightView& light,
   TriangleLanes t;
   loadTriangles(scene, hits, t);
   const ViewedPoint point = viewedPoint(t, rays, hits);
-  return surfaceOf(light, t, point, twoTaps(scene, t, point, pixel));
+  return surfaceOf(light, t, point, lightCorners(t, point),
+                   twoTaps(scene, t, point, pixel, levelOfTwo(t, point, pixel)));
 }
 
 // Share of a bell of half width w around a that lies within [-half, half].

@@ -26,23 +26,41 @@ using simd::splat;
 using simd::toFloat;
 using simd::Vector8;
 
-// One bilinear tap of a mip level, in linear light: interpolating the coded values would shift
-// edges.
-inline Vector8 bilinear(const RenderScene& scene, const TriangleLanes& t, Int8 level, Float8 u,
-                        Float8 v) {
+// The four texels of a mip level around a point, as places in the atlas.
+struct TexelSquare {
+  Int8 upper, lower;  // rows: of column 0
+  Int8 left, right;   // columns
+  Float8 fx, fy;      // the point's distance from the upper left one, texels
+};
+
+inline TexelSquare texelsAround(const TriangleLanes& t, Int8 level, Float8 u, Float8 v) {
   const Int8 lw = t.log_width - level, lh = t.log_height - level;
   const Int8 w = splat(1) << lw, h = splat(1) << lh;
   const Float8 x = u * toFloat(w) - 0.5f, y = v * toFloat(h) - 0.5f;
   const Float8 x0 = simd::floor(x), y0 = simd::floor(y);
   const Int8 ix = simd::toInt(x0) & (w - 1), iy = simd::toInt(y0) & (h - 1);
   const Int8 jx = (ix + 1) & (w - 1), jy = (iy + 1) & (h - 1);
-  const Float8 fx = x - x0, fy = y - y0;
   // Texels of the levels before this one: 2^area + 2^(area - 2) + ... down to above this level's.
   const Int8 area = t.log_width + t.log_height, same_parity = splat(0x55555555) << (area & 1);
   const Int8 offset =
       t.texture_base + (((splat(2) << area) - (splat(2) << (lw + lh))) & same_parity);
-  const Int8 row0 = offset + (iy << lw), row1 = offset + (jy << lw);
-  const int* texels = reinterpret_cast<const int*>(scene.textures.texels().data());
+  return {offset + (iy << lw), offset + (jy << lw), ix, jx, x - x0, y - y0};
+}
+
+inline Int8 mipLevel(const TriangleLanes& t, Float8 lod) {
+  const Int8 last = simd::min(t.log_width, t.log_height);
+  return simd::max(splat(0), simd::min(simd::toInt(lod), last));
+}
+
+inline const int* texelsOf(const RenderScene& scene) {
+  return reinterpret_cast<const int*>(scene.textures.texels().data());
+}
+
+// One bilinear tap, in linear light: interpolating the coded values would shift edges.
+inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t, Float8 u, Float8 v,
+                               Float8 lod) {
+  const TexelSquare s = texelsAround(t, mipLevel(t, lod), u, v);
+  const int* texels = texelsOf(scene);
   Vector8 sum = simd::splat3(0, 0, 0);
   const auto add = [&](Int8 at, Float8 weight) {
     const Int8 texel = simd::gather(texels, at);
@@ -52,19 +70,24 @@ inline Vector8 bilinear(const RenderScene& scene, const TriangleLanes& t, Int8 l
     sum.y += weight * green * green;
     sum.z += weight * blue * blue;
   };
-  const Float8 w11 = fx * fy, w10 = fx - w11, w01 = fy - w11, w00 = 1.f - fx - w01;
-  add(row0 + ix, w00);
-  add(row0 + jx, w10);
-  add(row1 + ix, w01);
-  add(row1 + jx, w11);
+  const Float8 w11 = s.fx * s.fy, w10 = s.fx - w11, w01 = s.fy - w11, w00 = 1.f - s.fx - w01;
+  add(s.upper + s.left, w00);
+  add(s.upper + s.right, w10);
+  add(s.lower + s.left, w01);
+  add(s.lower + s.right, w11);
   return sum * splat(1.f / (255.f * 255.f));
 }
 
-inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t, Float8 u, Float8 v,
-                               Float8 lod) {
-  const Int8 last = simd::min(t.log_width, t.log_height);
-  const Int8 level = simd::max(splat(0), simd::min(simd::toInt(lod), last));
-  return bilinear(scene, t, level, u, v);
+// Asks the memory for what a tap there will read: an atlas is far larger than the caches.
+inline void prefetchTexture(const RenderScene& scene, const TriangleLanes& t, Float8 u, Float8 v,
+                            Float8 lod) {
+  const TexelSquare s = texelsAround(t, mipLevel(t, lod), u, v);
+  const Int8 upper = s.upper + s.left, lower = s.lower + s.left;
+  const int* texels = texelsOf(scene);
+  for (int lane = 0; lane < 8; ++lane) {
+    __builtin_prefetch(texels + upper[lane]);
+    __builtin_prefetch(texels + lower[lane]);
+  }
 }
 
 inline ViewedPoint viewedPoint(const TriangleLanes& t, const RayPacket& rays,
@@ -95,11 +118,14 @@ inline Float8 middleLevel(const TriangleLanes& t, const ViewedPoint& point, Floa
   return sharpLevel(t, point, pixel) - 0.5f * simd::log2Approximately(point.slant);
 }
 
-// Two taps along the footprint's longer side stand for a whole pixel.
-inline Vector8 twoTaps(const RenderScene& scene, const TriangleLanes& t, const ViewedPoint& point,
-                       Float8 pixel) {
+// The level for two taps along the footprint's longer side, which stand for a whole pixel.
+inline Float8 levelOfTwo(const TriangleLanes& t, const ViewedPoint& point, Float8 pixel) {
   const Float8 minor = sharpLevel(t, point, pixel);
-  const Float8 level = simd::max(minor, minor - simd::log2Approximately(point.slant) - 1.f);
+  return simd::max(minor, minor - simd::log2Approximately(point.slant) - 1.f);
+}
+
+inline Vector8 twoTaps(const RenderScene& scene, const TriangleLanes& t, const ViewedPoint& point,
+                       Float8 pixel, Float8 level) {
   const Float8 sine2 = simd::max(1.f - point.cosine * point.cosine, splat(1e-6f));
   const Float8 quarter = 0.25f * point.distance * pixel / point.slant * simd::inverseSqrt(sine2);
   const Vector8 axis = (point.direction - point.normal * point.cosine) * quarter;
