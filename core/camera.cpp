@@ -59,26 +59,8 @@ Camera::Camera(CameraParameters parameters) : parameters_(std::move(parameters))
   max_radius_ = findMaxRadius();
 }
 
-// The largest radius up to which the radial part grows with the radius.
-double Camera::findMaxRadius() const {
-  if (!distorted_) return kLargestRadius;
-  const auto grows = [&](double r) {
-    constexpr double h = 1e-6;
-    return distort({r + h, 0}).xy.norm() > distort({r, 0}).xy.norm();
-  };
-  constexpr int steps = 2000;
-  for (int i = 0; i < steps; ++i) {
-    const double r = std::tan((i + 1) * std::atan(kLargestRadius) / steps);
-    if (!grows(r)) return std::tan(i * std::atan(kLargestRadius) / steps);
-  }
-  return kLargestRadius;
-}
-
-Camera::Distorted Camera::distort(const Vector2d& xy) const {
-  return parameters_.model == CameraModel::kFisheye ? distortFisheye(xy) : distortRadTan(xy);
-}
-
-Camera::Distorted Camera::distortRadTan(const Vector2d& xy) const {
+// Inlined, so that those who need no Jacobian do not pay for it.
+[[gnu::always_inline]] inline Camera::Distorted Camera::distortRadTan(const Vector2d& xy) const {
   const double x = xy.x(), y = xy.y(), r2 = x * x + y * y;
   const auto [k1, k2, p1, p2, k3, k4, k5, k6] = k_;
   const double numerator = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
@@ -97,7 +79,7 @@ Camera::Distorted Camera::distortRadTan(const Vector2d& xy) const {
   return out;
 }
 
-Camera::Distorted Camera::distortFisheye(const Vector2d& xy) const {
+[[gnu::always_inline]] inline Camera::Distorted Camera::distortFisheye(const Vector2d& xy) const {
   const double r = xy.norm(), theta = std::atan(r), t2 = theta * theta;
   const double poly = 1 + t2 * (k_[0] + t2 * (k_[1] + t2 * (k_[2] + t2 * k_[3])));
   const double slope = 1 + t2 * (3 * k_[0] + t2 * (5 * k_[1] + t2 * (7 * k_[2] + t2 * 9 * k_[3])));
@@ -107,6 +89,25 @@ Camera::Distorted Camera::distortFisheye(const Vector2d& xy) const {
   const Vector2d n = xy / r;
   const Matrix2d nn = n * n.transpose();
   return {scale * xy, radial * nn + scale * (Matrix2d::Identity() - nn)};
+}
+
+[[gnu::always_inline]] inline Camera::Distorted Camera::distort(const Vector2d& xy) const {
+  return parameters_.model == CameraModel::kFisheye ? distortFisheye(xy) : distortRadTan(xy);
+}
+
+// The largest radius up to which the radial part grows with the radius.
+double Camera::findMaxRadius() const {
+  if (!distorted_) return kLargestRadius;
+  const auto grows = [&](double r) {
+    constexpr double h = 1e-6;
+    return distort({r + h, 0}).xy.norm() > distort({r, 0}).xy.norm();
+  };
+  constexpr int steps = 2000;
+  for (int i = 0; i < steps; ++i) {
+    const double r = std::tan((i + 1) * std::atan(kLargestRadius) / steps);
+    if (!grows(r)) return std::tan(i * std::atan(kLargestRadius) / steps);
+  }
+  return kLargestRadius;
 }
 
 std::optional<Vector2d> Camera::project(const Vector3d& p) const {
