@@ -1,6 +1,5 @@
 """The closed loop on the carton: errors, speed, and that truth does not matter."""
 
-import json
 import math
 import os
 import shutil
@@ -8,12 +7,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from acceptance import DIORAMA, SCENE, sh, tests
-
-
-def run(out, *arguments):
-    sh(DIORAMA, "run", *arguments, "-o", out, "--no-video")
-    return json.loads((out / "metrics.json").read_text())
+from acceptance import DIORAMA, SCENE, compare_to_other_tracker, run, sh, tests
 
 
 def outputs(folder):
@@ -70,26 +64,13 @@ def render_speed(report, work):
     report.limit("diorama render, all truth written, frames/s", 200 / (time.monotonic() - begin), ">=", 10)
 
 
-def read_tum(path):
-    rows = [l.split() for l in path.read_text().splitlines() if l and not l.startswith("#")]
-    return [[float(v) for v in row[1:4]] for row in rows]
-
-
 def real_cube(report, work, reference):
     imported = sh("scripts/import-visp-cube", work / "cube", check=False)
     if imported.returncode == 66:
         report.note("real cube video", f"not measured ({imported.stderr.strip()})")
         return
     run(work / "cube_run", work / "cube", "--method", "ebt")
-    path = read_tum(next((work / "cube_run/objects").iterdir()))
-    report.limit("real cube, ebt: frames with a pose", len(path), "==", 218)
-    if reference is None:
-        report.note("real cube against another tracker", "not measured (--visp POSES)")
-        return
-    poses = {int(l.split()[0]): [float(l.split()[i]) for i in (4, 8, 12)] for l in reference.read_text().splitlines()}
-    gaps = sorted(1e3 * math.dist(p, poses[k]) for k, p in enumerate(path) if k in poses)
-    report.limit("real cube: median distance to the other tracker, mm", gaps[len(gaps) // 2], "<=", 4)
-    report.line("real cube: worst distance to the other tracker, mm", f"{gaps[-1]:.3g}", True)
+    compare_to_other_tracker(report, work / "cube_run", reference, 4, math.inf)
 
 
 def sanitizers(report):

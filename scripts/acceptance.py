@@ -1,5 +1,7 @@
 """What the measurements of all issues share: the report and how programs are run."""
 
+import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -34,6 +36,31 @@ def sh(*command, check=True, **options):
 
 def render(out, *arguments, scene=SCENE, **options):
     return sh(DIORAMA, "render", scene, "-o", out, *arguments, **options)
+
+
+def run(out, *arguments):
+    sh(DIORAMA, "run", *arguments, "-o", out, "--no-video")
+    return json.loads((out / "metrics.json").read_text())
+
+
+def bench(binary, selection, time):
+    """Milliseconds of each benchmark by its name, without the parts that only say how it is repeated."""
+    result = sh(f"build/release/bench/{binary}", f"--benchmark_filter={selection}", "--benchmark_format=json")
+    return {r["name"].split("/iterations")[0]: r[time] for r in json.loads(result.stdout)["benchmarks"]}
+
+
+def compare_to_other_tracker(report, run_folder, reference, median_mm, worst_mm):
+    """The cube video's path against POSES: one line a frame, index and the 16 numbers of camera_T_object, row-major."""
+    rows = [l.split() for l in next((run_folder / "objects").iterdir()).read_text().splitlines() if l and l[0] != "#"]
+    path = [[float(v) for v in row[1:4]] for row in rows]
+    report.limit("real cube, ebt: frames with a pose", len(path), "==", 218)
+    if reference is None:
+        report.note("real cube against another tracker", "not measured (--visp POSES)")
+        return
+    poses = {int(l.split()[0]): [float(l.split()[i]) for i in (4, 8, 12)] for l in reference.read_text().splitlines()}
+    gaps = sorted(1e3 * math.dist(p, poses[k]) for k, p in enumerate(path) if k in poses)
+    report.limit("real cube: median distance to the other tracker, mm", gaps[len(gaps) // 2], "<=", median_mm)
+    report.limit("real cube: worst distance to the other tracker, mm", gaps[-1], "<=", worst_mm)
 
 
 def tests(report, text, *selection, preset="release"):
