@@ -46,7 +46,7 @@ std::string toJson(const Metrics& metrics) {
   json["initial"] = metrics.initial;
   json["seed"] = metrics.seed;
   json["frames"] = metrics.frames;
-  json["start_frame"] = metrics.start_frame;
+  json["start_frame"] = valueOrNull(metrics.start_frame);
   json["camera"] = partToJson(metrics.camera);
   json["objects"] = Json::object();
   for (const NamedObjectMetrics& object : metrics.objects)
@@ -66,7 +66,7 @@ Metrics metricsFromJson(const std::filesystem::path& file) {
     json.at("initial").get_to(metrics.initial);
     json.at("seed").get_to(metrics.seed);
     json.at("frames").get_to(metrics.frames);
-    json.at("start_frame").get_to(metrics.start_frame);
+    if (!json.at("start_frame").is_null()) metrics.start_frame = json.at("start_frame").get<int>();
     partFromJson(json.at("camera"), metrics.camera);
     for (const auto& [name, part] : json.at("objects").items()) {
       metrics.objects.push_back({name, {}});

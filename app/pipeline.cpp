@@ -1,5 +1,7 @@
 #include "app/pipeline.h"
 
+#include <algorithm>
+
 #include "app/stopwatch.h"
 
 namespace diorama {
@@ -23,6 +25,7 @@ FrameResult Pipeline::process(const Frame& frame) {
   now_ns_ = frame.timestamp_ns;
   if (method_ != Method::kEbt) moveCamera(frame, result);
   measureObjects(frame, result);
+  if (method_ != Method::kEbt) informOdometry(result);
   if (method_ == Method::kFused) updateMap(result);
   reportObjects(result);
   started_ = true;
@@ -33,20 +36,44 @@ void Pipeline::moveCamera(const Frame& frame, FrameResult& result) {
   const Stopwatch watch;
   result.odometry = odometry_->track(frame);
   result.odometry_ms = watch.ms();
-  if (result.odometry) T_world_camera_ = T_world_camera_ * result.odometry->T_from_to;
-  result.T_world_camera = T_world_camera_;
-  camera_.poses.push_back({now_ns_, T_world_camera_});
-  if (method_ != Method::kFused) return;
+  if (result.odometry)
+    T_world_camera_ = poseAt(result.odometry->from_ns) * result.odometry->T_from_to;
+  if (method_ == Method::kFused) moveMap(result);
+}
 
+// Of the camera by odometry alone; the newest one when there is none at that time.
+SE3 Pipeline::poseAt(int64_t timestamp_ns) const {
+  for (auto pose = camera_.poses.rbegin(); pose != camera_.poses.rend(); ++pose)
+    if (pose->timestamp_ns == timestamp_ns) return pose->pose;
+  return T_world_camera_;
+}
+
+void Pipeline::moveMap(FrameResult& result) {
   if (!started_) {
     mapper_.start(now_ns_);
     return;
   }
   AddResult added{false, "the odometry gave nothing"};
   if (result.odometry) added = mapper_.addOdometry(*result.odometry);
-  if (added) return;
-  result.events.push_back({now_ns_, "odometry", "lost", 0, added.reason});
-  DIORAMA_CHECK(mapper_.addGap(now_ns_));
+  if (!added) DIORAMA_CHECK(mapper_.addGap(now_ns_));
+  if (!added && !odometry_gap_ && odometry_->started() && odometry_->events().empty())
+    result.events.push_back({now_ns_, "odometry", "lost", 0, added.reason});
+  odometry_gap_ = !added;
+}
+
+void Pipeline::informOdometry(FrameResult& result) {
+  const Stopwatch watch;
+  std::vector<ObjectMeasurement> objects;
+  for (const ObjectResult& object : result.objects)
+    if (object.measurement) objects.push_back(*object.measurement);
+  odometry_->update(objects);
+  for (const OdometryEvent& event : odometry_->events())
+    result.events.push_back({now_ns_, "odometry", event.event, event.value, event.reason});
+  if (odometry_->started()) {
+    result.T_world_camera = T_world_camera_;
+    camera_.poses.push_back({now_ns_, T_world_camera_});
+  }
+  result.odometry_ms += watch.ms();
 }
 
 // In fused, the graph's idea of an object that the tracker does not hold.
@@ -55,11 +82,19 @@ std::optional<ObjectPrediction> Pipeline::predict(const Object& object) const {
   return mapper_.predict(object.parts.name);
 }
 
+// In vo: where the odometry has placed the object itself, or else where its start put it.
+std::optional<SE3> Pipeline::carriedByOdometry(const Object& object) const {
+  if (const auto located = odometry_->locate(object.parts.name)) return located;
+  if (!object.T_world_object) return std::nullopt;
+  return T_world_camera_.inverse() * *object.T_world_object;
+}
+
 // Whether an object without a prediction, or with one that has led to nothing for long, is to be
 // looked for in this frame.
 bool Pipeline::isWanted(const Object& object) const {
   if (!detector_ || object.claimed) return false;
-  if (method_ == Method::kVo && object.begun) return false;  // placed once
+  if (method_ == Method::kVo && !odometry_->wantsObjects() && carriedByOdometry(object))
+    return false;  // placed once
   const bool due = object.unclaimed_frames % options_.search_every_frames == 0;
   return due && (object.unclaimed_frames >= options_.redetect_after_frames || !predict(object));
 }
@@ -103,14 +138,19 @@ void Pipeline::detect(const Frame& frame, const std::vector<int>& wanted, Starts
 void Pipeline::measureObjects(const Frame& frame, FrameResult& result) {
   const Stopwatch watch;
   const Starts starts = findStarts(frame, result);
+  const bool track = method_ != Method::kVo || odometry_->wantsObjects();
   for (size_t i = 0; i < objects_.size(); ++i) {
     Object& object = objects_[i];
     if (starts[i]) {
       object.begun = true;
-      object.T_world_object = T_world_camera_ * starts[i]->T_camera_object;
+      if (method_ == Method::kVo && odometry_->started())
+        object.T_world_object = T_world_camera_ * starts[i]->T_camera_object;
     }
     ++object.unclaimed_frames;
-    if (method_ == Method::kVo) continue;
+    if (!track) {
+      object.claimed = false;
+      continue;
+    }
     ObjectMeasurement measurement = object.parts.tracker->track(frame, starts[i]);
     noteChange(object, measurement, result);
     object.claimed = measurement.claimed;
@@ -152,8 +192,7 @@ void Pipeline::reportObjects(FrameResult& result) const {
     const PipelineObject& parts = objects_[i].parts;
     if (method_ == Method::kEbt && object.measurement->claimed)
       object.T_camera_object = object.measurement->T_camera_object;
-    if (method_ == Method::kVo && objects_[i].T_world_object)  // placed once, carried by odometry
-      object.T_camera_object = T_world_camera_.inverse() * *objects_[i].T_world_object;
+    if (method_ == Method::kVo) object.T_camera_object = carriedByOdometry(objects_[i]);
     if (method_ != Method::kFused) continue;
     for (const ObjectEstimate& estimate : map.objects)
       if (estimate.name == parts.name)
@@ -166,8 +205,8 @@ Pipeline::Final Pipeline::finish() {
     Final final{camera_, {now_ns_, T_world_camera_, {}}};
     if (method_ == Method::kVo)
       for (const Object& object : objects_)
-        if (object.T_world_object)
-          final.map.objects.push_back({object.parts.name, *object.T_world_object});
+        if (const auto T_camera_object = carriedByOdometry(object))
+          final.map.objects.push_back({object.parts.name, T_world_camera_ * *T_camera_object});
     return final;
   }
   MapEstimate map = mapper_.finish();

@@ -19,8 +19,8 @@
 
 namespace diorama {
 
-// vo: odometry alone carries the object; ebt: the tracker alone; fused: both and the graph, with
-// feedback.
+// vo: odometry alone carries the object (one that wants objects is told of them); ebt: the tracker
+// alone; fused: both and the graph, with feedback.
 enum class Method { kVo, kEbt, kFused };
 
 struct Event {
@@ -38,8 +38,8 @@ struct ObjectResult {
 
 struct FrameResult {
   std::optional<OdometryMeasurement> odometry;
-  std::optional<SE3>
-      T_world_camera;  // the world is the camera frame of the first processed frame; none in ebt
+  // The world is the camera frame of the first frame that has a pose; none before it, nor in ebt.
+  std::optional<SE3> T_world_camera;
   std::vector<ObjectResult> objects;  // in the order of the pipeline's objects
   std::vector<Event> events;
   double odometry_ms = 0, tracker_ms = 0, mapper_ms = 0;
@@ -47,7 +47,7 @@ struct FrameResult {
 
 struct PipelineObject {
   std::string name;
-  std::unique_ptr<ObjectTracker> tracker;  // not needed in vo
+  std::unique_ptr<ObjectTracker> tracker;  // not needed in vo, unless the odometry wants objects
   // In the first processed frame; without it the detector must find the object.
   std::optional<SE3> initial_T_camera_object;
 };
@@ -89,16 +89,20 @@ class Pipeline {
     bool claimed = false;                    // in the last frame
     bool was_lost = false;                   // at any time since it begun
     int unclaimed_frames = 0;                // in a row
-    std::optional<SE3> T_world_object = {};  // where it was placed by its start; vo
+    std::optional<SE3> T_world_object = {};  // where its start put it; vo
   };
   using Starts = std::vector<std::optional<ObjectPrediction>>;  // one per object
 
   void moveCamera(const Frame& frame, FrameResult& result);
   void measureObjects(const Frame& frame, FrameResult& result);
+  void informOdometry(FrameResult& result);
+  void moveMap(FrameResult& result);
+  SE3 poseAt(int64_t timestamp_ns) const;
   void updateMap(FrameResult& result);
   void reportObjects(FrameResult& result) const;
   Starts findStarts(const Frame& frame, FrameResult& result);
   std::optional<ObjectPrediction> predict(const Object& object) const;
+  std::optional<SE3> carriedByOdometry(const Object& object) const;
   bool isWanted(const Object& object) const;
   void detect(const Frame& frame, const std::vector<int>& wanted, Starts& starts,
               FrameResult& result);
@@ -113,6 +117,7 @@ class Pipeline {
   SE3 T_world_camera_;  // by odometry alone
   Trajectory camera_;
   bool started_ = false;
+  bool odometry_gap_ = false;  // the last frame's motion did not enter the map
   int64_t now_ns_ = 0;
 };
 

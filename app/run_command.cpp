@@ -96,8 +96,8 @@ struct Session {
         models(modelsOf(input)),
         rays(std::make_shared<const EmbreeRayQuery>(meshesOf(models))),
         pipeline(method, makeObjects(arguments, input, first_frame, options, rays),
-                 method == Method::kEbt ? nullptr : makeOdometry(arguments, input), options.mapper,
-                 makeDetector(arguments, input, options, rays), options.pipeline),
+                 method == Method::kEbt ? nullptr : makeOdometry(arguments, input, options),
+                 options.mapper, makeDetector(arguments, input, options, rays), options.pipeline),
         recorder(method, models),
         painter(input.source->camera(), models, rays) {}
 
@@ -206,7 +206,7 @@ std::function<int()> setUpRun(CLI::App& app) {
   app.add_option("--initial", arguments->initial,
                  "given: the sequence's initial poses; detect: found in the images")
       ->capture_default_str();
-  app.add_option("--odometry", arguments->odometry, "simulated or replay:FILE")
+  app.add_option("--odometry", arguments->odometry, "vo, simulated or replay:FILE")
       ->capture_default_str();
   app.add_option("--tracker", arguments->tracker, "edge")->capture_default_str();
   app.add_option("--quality", arguments->quality, "of a scene's pictures: draft, standard or high")

@@ -5,7 +5,7 @@
 namespace diorama {
 namespace {
 
-constexpr const char* kSections[] = {"tracker", "mapper", "detector", "training", "pipeline"};
+constexpr const char* kSections[] = {"tracker", "vo", "mapper", "detector", "training", "pipeline"};
 
 }  // namespace
 
@@ -25,6 +25,7 @@ RunOptions readRunOptions(const std::optional<std::filesystem::path>& file,
   YamlMap map = file ? loadYaml(*file, overrides) : parseYaml("", "--set", overrides);
   RunOptions options;
   readOptions(map, "tracker", options.tracker);
+  readOptions(map, "vo", options.vo);
   readOptions(map, "mapper", options.mapper);
   readOptions(map, "detector", options.detector);
   readOptions(map, "training", options.training);
@@ -38,6 +39,7 @@ std::string toYaml(const RunOptions& options) {
   YAML::Emitter out;
   out << YAML::BeginMap;
   writeOptions(out, "tracker", options.tracker);
+  writeOptions(out, "vo", options.vo);
   writeOptions(out, "mapper", options.mapper);
   writeOptions(out, "detector", options.detector);
   writeOptions(out, "training", options.training);

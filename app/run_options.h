@@ -12,19 +12,21 @@
 #include "tracker/database_options.h"
 #include "tracker/detector_options.h"
 #include "tracker/tracker_options.h"
+#include "vo/vo_options.h"
 
 namespace diorama {
 
 struct RunOptions {
   TrackerOptions tracker;
+  VoOptions vo;
   MapperOptions mapper;
   DetectorOptions detector;
   TrainingOptions training;
   PipelineOptions pipeline;
 };
 
-// Overrides that belong to an estimator (`tracker.`, `mapper.`, `detector.`, ...), and the others
-// (the scene's).
+// Overrides that belong to an estimator (`tracker.`, `vo.`, `mapper.`, ...), and the others (the
+// scene's).
 struct SplitOverrides {
   std::vector<YamlOverride> estimators, scene;
 };
@@ -34,7 +36,7 @@ SplitOverrides splitOverrides(const std::vector<std::string>& sets);
 RunOptions readRunOptions(const std::optional<std::filesystem::path>& file,
                           const std::vector<YamlOverride>& overrides);
 
-// `tracker: {...}`, `mapper: {...}` and so on, with every value.
+// `tracker: {...}`, `vo: {...}` and so on, with every value.
 std::string toYaml(const RunOptions& options);
 
 }  // namespace diorama

@@ -74,6 +74,9 @@ void RunRecorder::add(int number, int64_t timestamp_ns, const FrameResult& resul
   const std::string prefix = std::to_string(number) + "," + formatSeconds(timestamp_ns) + ",";
   if (result.T_world_camera) camera_online_.poses.push_back({timestamp_ns, *result.T_world_camera});
   if (truth) camera_truth_.poses.push_back({timestamp_ns, truth->T_world_camera});
+  const bool starts = !start_frame_ && (result.T_world_camera || method_ == Method::kEbt);
+  if (starts) start_frame_ = number;
+  if (start_frame_) ++frames_since_start_;
   addOdometry(prefix, result, truth);
   for (size_t i = 0; i < models_.size(); ++i) {
     ObjectFrame frame;
@@ -83,7 +86,7 @@ void RunRecorder::add(int number, int64_t timestamp_ns, const FrameResult& resul
           frame.truth = truth->T_world_camera.inverse() * object.T_world_object;
           frame.visible_fraction = object.visibleFraction();
         }
-    if (frames_ == 0) first_truth_[i] = frame.truth;
+    if (starts) first_truth_[i] = frame.truth;
     object_frames_[i].push_back(frame);
     addObject(i, prefix, result.objects[i]);
     if (result.objects[i].T_camera_object)
@@ -105,14 +108,15 @@ void RunRecorder::add(int number, int64_t timestamp_ns, const FrameResult& resul
 
 void RunRecorder::addOdometry(const std::string& prefix, const FrameResult& result,
                               const std::optional<GroundTruth>& truth) {
-  const std::optional<SE3> before = previous_truth_;
-  previous_truth_ = truth ? std::optional(truth->T_world_camera) : std::nullopt;
-  if (frames_ == 0 || (result.odometry && result.odometry->health > 0)) ++healthy_frames_;
+  const bool first = start_frame_ && frames_since_start_ == 1;
+  if (start_frame_ && (first || (result.odometry && result.odometry->health > 0)))
+    ++healthy_frames_;
   if (!result.odometry) return;
   const OdometryMeasurement& m = *result.odometry;
   std::optional<PoseError> error;
+  const StampedPose* before = camera_truth_.nearest(m.from_ns, 0);
   if (before && truth) {
-    const SE3 motion = before->inverse() * truth->T_world_camera;
+    const SE3 motion = before->pose.inverse() * truth->T_world_camera;
     error = poseError(m.T_from_to, motion);
     if (m.health > 0) odometry_frames_.push_back({m.T_from_to, m.covariance, motion});
   }
@@ -169,7 +173,7 @@ CameraMetrics RunRecorder::cameraMetrics() const {
   CameraMetrics metrics;
   if (method_ == Method::kEbt) return metrics;
   metrics.tracked_ratio =
-      frames_ > 0 ? std::optional(double(healthy_frames_) / frames_) : std::nullopt;
+      start_frame_ ? std::optional(double(healthy_frames_) / frames_since_start_) : std::nullopt;
   metrics.odometry_nees = odometryNees(odometry_frames_);
   const TrajectoryErrors errors =
       evaluateTrajectory(camera_online_, camera_truth_, Alignment::kSE3);
@@ -188,6 +192,7 @@ CameraMetrics RunRecorder::cameraMetrics() const {
 Metrics RunRecorder::metrics(const Pipeline::Final& final) const {
   Metrics metrics;
   metrics.frames = frames_;
+  metrics.start_frame = start_frame_;
   metrics.camera = cameraMetrics();
   for (size_t i = 0; i < models_.size(); ++i) {
     NamedObjectMetrics object{models_[i].name, evaluateObject(object_frames_[i], models_[i])};

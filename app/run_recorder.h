@@ -49,8 +49,8 @@ class RunRecorder {
   std::vector<std::optional<SE3>> first_truth_;          // T_camera(start)_object
   std::vector<int> reinitialisations_;
   std::vector<OdometryFrame> odometry_frames_;
-  std::optional<SE3> previous_truth_;  // T_world_camera of the last frame
-  int frames_ = 0, healthy_frames_ = 0;
+  std::optional<int> start_frame_;  // number of the first frame with an estimate
+  int frames_ = 0, frames_since_start_ = 0, healthy_frames_ = 0;
   double odometry_ms_ = 0, tracker_ms_ = 0, mapper_ms_ = 0;
   std::string frames_csv_, measurements_csv_, events_csv_;
 };

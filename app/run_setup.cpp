@@ -5,6 +5,7 @@
 #include "core/measurements_io.h"
 #include "tracker/database_detector.h"
 #include "tracker/object_tracker.h"
+#include "vo/odometry.h"
 
 namespace diorama {
 namespace fs = std::filesystem;
@@ -25,18 +26,21 @@ void checkSupported(const RunArguments& arguments) {
   if (arguments.every < 1) throw UsageError("--every must be at least 1");
 }
 
-std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input) {
+std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input,
+                                       const RunOptions& options) {
   constexpr std::string_view replay = "replay:";
   if (arguments.odometry.starts_with(replay)) {
     const fs::path file = arguments.odometry.substr(replay.size());
     return std::make_unique<ReplayOdometry>(readMeasurements(file).odometry, "replay");
   }
+  if (arguments.odometry == "vo")
+    return std::make_unique<VisualOdometry>(input.source->camera(), options.vo);
   if (arguments.odometry != "simulated")
-    throw UsageError("--odometry " + arguments.odometry + ": possible: simulated, replay:FILE");
+    throw UsageError("--odometry " + arguments.odometry + ": possible: vo, simulated, replay:FILE");
   if (!input.simulated_odometry)
     throw InputError(fs::path(arguments.input),
                      "there is no simulated odometry (odometry.csv) in this sequence",
-                     "use --method ebt or --odometry replay:FILE");
+                     "use --odometry vo, --odometry replay:FILE or --method ebt");
   return std::make_unique<ReplayOdometry>(*input.simulated_odometry, "simulated");
 }
 
@@ -66,7 +70,7 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
     PipelineObject object{known.model.name, nullptr, std::nullopt};
     if (arguments.initial == "given")
       object.initial_T_camera_object = givenPose(arguments, input, known, first_frame);
-    if (parseMethod(arguments.method) != Method::kVo)
+    if (parseMethod(arguments.method) != Method::kVo || arguments.odometry == "vo")
       object.tracker =
           std::make_unique<EdgeTracker>(known.model, input.source->camera(), rays,
                                         static_cast<int>(i), options.tracker, arguments.tracker);

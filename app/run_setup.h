@@ -30,7 +30,8 @@ void checkSupported(const RunArguments& arguments);
 // The odometry, and one tracker for each object, with its initial pose where that is asked for.
 // Throw InputError when the
 // input lacks what they need.
-std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input);
+std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input,
+                                       const RunOptions& options);
 std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const RunInput& input,
                                         int first_frame, const RunOptions& options,
                                         const std::shared_ptr<const RayQuery>& rays);

@@ -2,17 +2,45 @@
 #pragma once
 
 #include <optional>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "core/frame.h"
 #include "core/measurements.h"
 
 namespace diorama {
 
+struct OdometryEvent {
+  std::string event;  // started, lost, relocalised, reset
+  double value = 0;
+  std::string reason;
+};
+
+// A frame is track(), then update() with what was seen of objects in it.
 class Odometry {
  public:
   virtual ~Odometry() = default;
-  // The motion from the previous frame to this one; nothing for the first frame.
+
+  // The motion to this frame from the previous one; after a loss, from the last frame whose motion
+  // was measured (from_ns tells). Health 0 when the motion could not be measured, and nothing for
+  // frames before the odometry has started.
   virtual std::optional<OdometryMeasurement> track(const Frame& frame) = 0;
+
+  // Whether known objects in the frame just tracked would tell it something: scale, or where it is.
+  virtual bool wantsObjects() const { return false; }
+
+  // Learns from the frame just tracked (mapping). Objects are optional.
+  virtual void update(std::span<const ObjectMeasurement> /*objects*/) {}
+
+  // Whether the frame just tracked has a pose, to which later motions lead.
+  virtual bool started() const { return true; }
+
+  // T_camera_object in the frame just tracked, of an object that it has placed by itself.
+  virtual std::optional<SE3> locate(const std::string& /*object*/) const { return std::nullopt; }
+
+  // What happened in this frame, with reasons.
+  virtual std::vector<OdometryEvent> events() const { return {}; }
 };
 
 }  // namespace diorama

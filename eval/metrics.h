@@ -94,7 +94,7 @@ struct Metrics {
   std::string scene, method, initial;
   uint64_t seed = 0;
   int frames = 0;
-  int start_frame = 0;
+  std::optional<int> start_frame;  // number of the first frame with an estimate
   CameraMetrics camera;
   std::vector<NamedObjectMetrics> objects;
   TimingMetrics timing;

@@ -1,0 +1,302 @@
+#include "vo/bundle_adjustment.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "vo/object_scale.h"
+#include "vo/pose_refinement.h"
+
+namespace diorama::vo {
+namespace {
+
+constexpr double kObjectHuber =
+    4.1;                         // standard deviations; holds 99% of right ones (chi-square, 6 dof)
+constexpr double kDropPx = 2.5;  // observations farther off at the end are wrong
+constexpr double kFarOff = 1e3;  // px: a point behind the camera
+constexpr double kLambdaFirst = 1e-4, kLambdaDown = 0.2, kLambdaUp = 20;
+constexpr double kLambdaMin = 1e-7, kLambdaMax = 10;
+constexpr double kSettled = 1e-3;  // relative decrease of the cost
+constexpr double kPointDamping = 1e-6,
+                 kPoseDamping = 1e-6;  // a point seen along one ray has no depth
+
+using Matrix63d = Eigen::Matrix<double, 6, 3>;
+
+// Cost and weight of Huber's kernel for an error e in units of its width.
+double huberCost(double e, double width) {
+  return e < width ? 0.5 * e * e : width * (e - 0.5 * width);
+}
+double huberWeight(double e, double width) { return e < width ? 1 : width / e; }
+
+class Problem {
+ public:
+  Problem(const Camera& camera, Map& map, const BundleRequest& request, const VoOptions& options)
+      : camera_(camera), map_(map), options_(options) {
+    chooseKeyframes(request.window);
+    choosePoints();
+    for (const auto& keyframe : map.keyframes)
+      for (const ObjectObservation& o : keyframe->objects) {
+        factors_.push_back({keyframe.get(), &o});
+        object_used_[o.object] = true;
+      }
+    for (size_t i = 0; i < map.objects.size(); ++i)
+      if (object_used_[i]) object_slot_[i] = slots_++;
+  }
+
+  bool empty() const { return slots_ == 0 || points_.empty(); }
+  double cost() const;
+  // One step with the damping `lambda`; false when it is not finite.
+  bool step(double lambda);
+  void keep();
+  void restore();
+  int dropOutliers();
+  BundleReport report() const {
+    return {static_cast<int>(window_.size()), static_cast<int>(points_.size()),
+            static_cast<int>(observations_.size())};
+  }
+
+ private:
+  struct PointBlock {
+    MapPoint* point = nullptr;
+    size_t begin = 0, end = 0;  // of its observations
+    Matrix3d V_inverse = Matrix3d::Zero();
+    Vector3d g = Vector3d::Zero(), kept = Vector3d::Zero();
+  };
+  struct Factor {
+    Keyframe* keyframe;
+    const ObjectObservation* observation;
+  };
+
+  void chooseKeyframes(int window);
+  void choosePoints();
+  void addPoint(PointBlock& block, double lambda);
+  void eliminatePoint(const PointBlock& block);
+  void addObjects();
+  void move(const Eigen::VectorXd& step);
+  std::optional<Vector2d> residual(const Observation& o, const Vector3d& p_world) const;
+
+  const Camera& camera_;
+  Map& map_;
+  const VoOptions& options_;
+  std::vector<Keyframe*> window_;  // those that move
+  std::vector<PointBlock> points_;
+  std::vector<Observation> observations_;
+  std::vector<Matrix63d> W_;  // one per observation
+  std::vector<Factor> factors_;
+  std::vector<bool> object_used_ = std::vector<bool>(map_.objects.size(), false);
+  std::vector<int> object_slot_ = std::vector<int>(map_.objects.size(), -1);
+  int slots_ = 0;
+  Eigen::MatrixXd S_;  // upper triangle by blocks
+  Eigen::VectorXd b_;
+  std::vector<SE3> kept_poses_, kept_objects_;
+};
+
+// The first keyframe is the gauge. Without any object's word the scale is a gauge, too, that the
+// second keyframe holds until both have left the window.
+void Problem::chooseKeyframes(int window) {
+  const size_t n = map_.keyframes.size();
+  const size_t first = n > static_cast<size_t>(window) ? n - static_cast<size_t>(window) : 0;
+  const bool metric = std::any_of(map_.keyframes.begin(), map_.keyframes.end(),
+                                  [](const auto& k) { return !k->objects.empty(); });
+  const size_t fixed = metric ? 1 : 2;
+  for (size_t i = 0; i < n; ++i) {
+    Keyframe& keyframe = *map_.keyframes[i];
+    keyframe.slot = -1;
+    if (i < first || i < fixed) continue;
+    keyframe.slot = slots_++;
+    window_.push_back(&keyframe);
+  }
+}
+
+void Problem::choosePoints() {
+  for (const auto& point : map_.points) point->mark = 0;
+  for (const Keyframe* keyframe : window_)
+    for (const Feature& feature : keyframe->features) {
+      MapPoint& point = *feature.point;
+      if (point.bad || point.mark != 0 || point.observations.size() < 2) continue;
+      point.mark = 1;
+      PointBlock block;
+      block.point = &point;
+      block.begin = observations_.size();
+      int fixed = 0;
+      for (const Observation& o : point.observations)
+        if (o.keyframe->slot >= 0 || ++fixed <= options_.bundle_fixed_observations)
+          observations_.push_back(o);
+      block.end = observations_.size();
+      points_.push_back(block);
+    }
+  W_.resize(observations_.size());
+}
+
+std::optional<Vector2d> Problem::residual(const Observation& o, const Vector3d& p_world) const {
+  const auto u = camera_.project(o.keyframe->T_world_camera.inverse() * p_world);
+  if (!u) return std::nullopt;
+  return levelScale(o.level) * (o.u_px - *u);
+}
+
+double Problem::cost() const {
+  double sum = 0;
+  for (const PointBlock& block : points_)
+    for (size_t k = block.begin; k < block.end; ++k) {
+      const auto r = residual(observations_[k], block.point->p_world);
+      sum += huberCost(r ? r->norm() : kFarOff, options_.bundle_huber_px);
+    }
+  for (const Factor& f : factors_) {
+    const ObjectResidual e = objectResidual(f.keyframe->T_world_camera,
+                                            map_.objects[f.observation->object].T_world_object,
+                                            f.observation->T_camera_object);
+    sum += huberCost(std::sqrt(e.r.dot(f.observation->information * e.r)), kObjectHuber);
+  }
+  return sum;
+}
+
+void Problem::addPoint(PointBlock& block, double lambda) {
+  Matrix3d V = Matrix3d::Zero();
+  block.g.setZero();
+  for (size_t k = block.begin; k < block.end; ++k) {
+    const Observation& o = observations_[k];
+    const SE3& T = o.keyframe->T_world_camera;
+    const Vector3d p_camera = T.inverse() * block.point->p_world;
+    const auto projected = camera_.projectWithJacobian(p_camera);
+    W_[k].setZero();
+    if (!projected) continue;
+    const double s = levelScale(o.level);
+    const Vector2d r = s * (o.u_px - projected->u_px);
+    const double w = huberWeight(r.norm(), options_.bundle_huber_px);
+    const Matrix23d J_point = s * projected->J * T.rotationMatrix().transpose();
+    V.noalias() += w * J_point.transpose() * J_point;
+    block.g.noalias() += w * J_point.transpose() * r;
+    if (o.keyframe->slot < 0) continue;
+    const Matrix26d J_pose = s * poseJacobian(projected->J, p_camera);
+    const int at = 6 * o.keyframe->slot;
+    S_.block<6, 6>(at, at).noalias() += w * J_pose.transpose() * J_pose;
+    b_.segment<6>(at).noalias() += w * J_pose.transpose() * r;
+    W_[k].noalias() = w * J_pose.transpose() * J_point;
+  }
+  V.diagonal() *= 1 + lambda;
+  V.diagonal().array() += kPointDamping;
+  block.V_inverse = V.inverse();
+}
+
+void Problem::eliminatePoint(const PointBlock& block) {
+  for (size_t k = block.begin; k < block.end; ++k) {
+    const int row = observations_[k].keyframe->slot;
+    if (row < 0) continue;
+    const Matrix63d WV = W_[k] * block.V_inverse;
+    b_.segment<6>(6 * row).noalias() -= WV * block.g;
+    for (size_t m = block.begin; m < block.end; ++m) {
+      const int column = observations_[m].keyframe->slot;
+      if (column >= row) S_.block<6, 6>(6 * row, 6 * column).noalias() -= WV * W_[m].transpose();
+    }
+  }
+}
+
+void Problem::addObjects() {
+  for (const Factor& f : factors_) {
+    const ObjectObservation& o = *f.observation;
+    const ObjectResidual e = objectResidual(
+        f.keyframe->T_world_camera, map_.objects[o.object].T_world_object, o.T_camera_object);
+    const double w = huberWeight(std::sqrt(e.r.dot(o.information * e.r)), kObjectHuber);
+    const Matrix6d information = w * o.information;
+    const int object = 6 * object_slot_[o.object];
+    S_.block<6, 6>(object, object) += e.J_object.transpose() * information * e.J_object;
+    b_.segment<6>(object) -= e.J_object.transpose() * information * e.r;
+    if (f.keyframe->slot < 0) continue;
+    const int pose = 6 * f.keyframe->slot;
+    S_.block<6, 6>(pose, pose) += e.J_camera.transpose() * information * e.J_camera;
+    S_.block<6, 6>(pose, object) += e.J_camera.transpose() * information * e.J_object;
+    b_.segment<6>(pose) -= e.J_camera.transpose() * information * e.r;
+  }
+}
+
+bool Problem::step(double lambda) {
+  S_ = Eigen::MatrixXd::Zero(6 * slots_, 6 * slots_);
+  b_ = Eigen::VectorXd::Zero(6 * slots_);
+  for (PointBlock& block : points_) addPoint(block, lambda);
+  addObjects();
+  S_.diagonal() *= 1 + lambda;
+  S_.diagonal().array() += kPoseDamping;
+  for (const PointBlock& block : points_) eliminatePoint(block);
+  const Eigen::VectorXd d = S_.selfadjointView<Eigen::Upper>().ldlt().solve(b_);
+  if (!d.allFinite()) return false;
+  move(d);
+  return true;
+}
+
+void Problem::move(const Eigen::VectorXd& d) {
+  for (PointBlock& block : points_) {
+    Vector3d g = block.g;
+    for (size_t k = block.begin; k < block.end; ++k)
+      if (const int slot = observations_[k].keyframe->slot; slot >= 0)
+        g -= W_[k].transpose() * d.segment<6>(6 * slot);
+    block.point->p_world += block.V_inverse * g;
+  }
+  for (Keyframe* keyframe : window_)
+    keyframe->T_world_camera = keyframe->T_world_camera * exp(d.segment<6>(6 * keyframe->slot));
+  for (size_t i = 0; i < map_.objects.size(); ++i)
+    if (object_slot_[i] >= 0)
+      map_.objects[i].T_world_object =
+          map_.objects[i].T_world_object * exp(d.segment<6>(6 * object_slot_[i]));
+}
+
+void Problem::keep() {
+  kept_poses_.clear();
+  kept_objects_.clear();
+  for (const Keyframe* keyframe : window_) kept_poses_.push_back(keyframe->T_world_camera);
+  for (const MapObject& object : map_.objects) kept_objects_.push_back(object.T_world_object);
+  for (PointBlock& block : points_) block.kept = block.point->p_world;
+}
+
+void Problem::restore() {
+  for (size_t i = 0; i < window_.size(); ++i) window_[i]->T_world_camera = kept_poses_[i];
+  for (size_t i = 0; i < map_.objects.size(); ++i)
+    map_.objects[i].T_world_object = kept_objects_[i];
+  for (const PointBlock& block : points_) block.point->p_world = block.kept;
+}
+
+int Problem::dropOutliers() {
+  int dropped = 0;
+  for (const PointBlock& block : points_) {
+    MapPoint& point = *block.point;
+    std::erase_if(point.observations, [&](const Observation& o) {
+      const auto r = residual(o, point.p_world);
+      if (r && r->norm() <= kDropPx) return false;
+      std::erase_if(o.keyframe->features, [&](const Feature& f) { return f.point == &point; });
+      ++dropped;
+      return true;
+    });
+    if (point.observations.size() < 2) point.bad = true;
+  }
+  return dropped;
+}
+
+}  // namespace
+
+BundleReport adjustBundle(const Camera& camera, Map& map, const BundleRequest& request,
+                          const VoOptions& options) {
+  Problem problem(camera, map, request, options);
+  BundleReport report = problem.report();
+  if (problem.empty()) return report;
+  double cost = problem.cost(), lambda = kLambdaFirst;
+  report.cost_before = cost;
+  for (int i = 0; i < request.iterations && lambda < kLambdaMax; ++i) {
+    problem.keep();
+    const bool finite = problem.step(lambda);
+    const double next = finite ? problem.cost() : cost;
+    if (!finite || !(next < cost)) {
+      problem.restore();
+      lambda *= kLambdaUp;
+      continue;
+    }
+    const bool settled = cost - next < kSettled * cost;
+    cost = next;
+    lambda = std::max(kLambdaMin, kLambdaDown * lambda);
+    if (settled) break;
+  }
+  report.cost_after = cost;
+  report.dropped = problem.dropOutliers();
+  return report;
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,126 @@
+#include "vo/depth_filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "vo/corners.h"
+
+namespace diorama::vo {
+namespace {
+
+constexpr double kSearchSigmas = 2;           // about the mean
+constexpr double kSmallestParallax = 2.6e-3;  // rad (0.15 degrees): less says nothing of depth
+constexpr double kWorstInlierShare = 0.15;    // a / (a + b) below it: the corner is no point
+constexpr double kFarthestM = 30;             // searches begin at most this far
+// (SVO) the nearest depth possible is half of the nearest seen; six sigmas cover the range.
+constexpr double kNearerThanSeen = 0.5, kSigmasInRange = 6;
+
+double normalDensity(double x, double mean, double variance) {
+  const double d = x - mean;
+  return std::exp(-0.5 * d * d / variance) / std::sqrt(2 * std::numbers::pi * variance);
+}
+
+}  // namespace
+
+// Vogiatzis and Hernandez, supplementary material: moments of the product of the posterior and the
+// mixture of a Gaussian inlier and a uniform outlier.
+bool updateSeed(Seed& seed, const InverseDepth& measured) {
+  const double tau2 = measured.sigma * measured.sigma;
+  const double s2 = 1 / (1 / seed.variance + 1 / tau2);
+  const double m = s2 * (seed.mean / seed.variance + measured.value / tau2);
+  const double a = seed.a, b = seed.b, n = a + b;
+  double c1 = a / n * normalDensity(measured.value, seed.mean, seed.variance + tau2);
+  double c2 = b / n / seed.range;
+  const double sum = c1 + c2;
+  c1 /= sum;
+  c2 /= sum;
+  const double first = c1 * (a + 1) / (n + 1) + c2 * a / (n + 1);
+  const double second =
+      c1 * (a + 1) * (a + 2) / ((n + 1) * (n + 2)) + c2 * a * (a + 1) / ((n + 1) * (n + 2));
+  const double mean = c1 * m + c2 * seed.mean;
+  const double variance =
+      c1 * (s2 + m * m) + c2 * (seed.variance + seed.mean * seed.mean) - mean * mean;
+  const double new_a = (second - first) / (first - second / first);
+  const double new_b = new_a * (1 - first) / first;
+  if (!std::isfinite(mean + variance + new_a + new_b) || !(variance > 0) || !(mean > 0))
+    return false;
+  seed.mean = mean;
+  seed.variance = variance;
+  seed.a = new_a;
+  seed.b = new_b;
+  return true;
+}
+
+void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRange& range) {
+  const CellGrid grid(camera.width(), camera.height(), options_.cell_px);
+  std::vector<uint8_t> occupied(grid.size(), 0);
+  for (const Feature& feature : host.features) occupied[grid.cellOf(feature.u_px)] = 1;
+  const int room = options_.max_features - static_cast<int>(host.features.size());
+  constexpr int kFewest = 20;  // new ones in each keyframe: old points will be left behind
+  const int count = std::max(room, kFewest);
+  for (const Corner& corner :
+       detectCorners(*host.pyramid, host.noise, grid, occupied, count, options_)) {
+    const auto bearing = camera.unproject(corner.u_px);
+    if (!bearing) continue;
+    Seed seed;
+    seed.corner = {&host, corner.u_px, *bearing, corner.level};
+    seed.mean = 1 / range.median_m;
+    seed.range = 1 / (kNearerThanSeen * range.nearest_m);
+    const double sigma = seed.range / kSigmasInRange;
+    seed.variance = sigma * sigma;
+    seeds_.push_back(seed);
+  }
+  // The oldest had their chance.
+  if (static_cast<int>(seeds_.size()) > options_.max_seeds)
+    seeds_.erase(seeds_.begin(), seeds_.end() - options_.max_seeds);
+}
+
+bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, Seed& seed, Map& map) {
+  const SE3 T_frame_host = frame.T_world_camera.inverse() * seed.corner.host->T_world_camera;
+  const Vector3d p_frame = T_frame_host * Vector3d(seed.corner.bearing / seed.mean);
+  const Vector3d ray = T_frame_host.rotation * seed.corner.bearing;
+  const double cosine = p_frame.normalized().dot(ray.normalized());
+  if (!(cosine < std::cos(kSmallestParallax))) return true;
+  const double reach = kSearchSigmas * std::sqrt(seed.variance);
+  const EpipolarMatch match =
+      searchEpipolar(camera, seed.corner, frame, std::max(1 / kFarthestM, seed.mean - reach),
+                     seed.mean + reach, options_);
+  if (match.outcome == EpipolarOutcome::kNotVisible) return true;
+  if (match.outcome == EpipolarOutcome::kNoMatch)
+    seed.b += 1;
+  else if (!updateSeed(seed, match.depth))
+    return true;
+  if (seed.a / (seed.a + seed.b) < kWorstInlierShare) return false;
+  if (std::sqrt(seed.variance) > options_.seed_converged * seed.mean) return true;
+  Keyframe& host = *seed.corner.host;
+  map.addPoint(host, host.T_world_camera * Vector3d(seed.corner.bearing / seed.mean),
+               seed.corner.u_px, seed.corner.level);
+  return false;
+}
+
+void DepthFilter::update(const Camera& camera, const TrackedFrame& frame, Map& map) {
+  ++frames_;
+  // Those that have waited longest are searched first.
+  std::vector<size_t> order;
+  for (size_t i = 0; i < seeds_.size(); ++i) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](size_t x, size_t y) {
+    return seeds_[x].last_searched < seeds_[y].last_searched;
+  });
+  order.resize(std::min(order.size(), static_cast<size_t>(options_.max_seed_searches)));
+  std::vector<uint8_t> done(seeds_.size(), 0);
+  for (const size_t i : order) {
+    seeds_[i].last_searched = frames_;
+    done[i] = !updateOne(camera, frame, seeds_[i], map);
+  }
+  size_t kept = 0;
+  for (size_t i = 0; i < seeds_.size(); ++i)
+    if (!done[i] && ++seeds_[i].age <= options_.max_seed_age) seeds_[kept++] = seeds_[i];
+  seeds_.resize(kept);
+}
+
+void DepthFilter::removeHost(const Keyframe& host) {
+  std::erase_if(seeds_, [&](const Seed& seed) { return seed.corner.host == &host; });
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,45 @@
+// The depth filter: each new corner is a seed whose inverse depth is a Gaussian, with a Beta belief
+// in its matches being right (Vogiatzis and Hernandez 2011, as in SVO). A seed that is certain
+// becomes a point.
+#pragma once
+
+#include "vo/epipolar_search.h"
+
+namespace diorama::vo {
+
+struct Seed {
+  Corner3d corner;
+  double mean = 1, variance = 1;  // of the inverse depth, 1/m
+  double range = 1;               // of inverse depths that are possible at all
+  double a = 10, b = 10;          // Beta: matches that were right and wrong
+  int age = 0;                    // frames
+  int last_searched = 0;          // frame count
+};
+
+// One match folded in. False, and nothing changed, when the result is not finite or not a depth.
+bool updateSeed(Seed& seed, const InverseDepth& measured);
+
+class DepthFilter {
+ public:
+  explicit DepthFilter(const VoOptions& options) : options_(options) {}
+
+  // Seeds in the free cells of a new keyframe; depths as in `range`.
+  void addSeeds(const Camera& camera, Keyframe& host, const DepthRange& range);
+
+  // Searches the seeds in a frame; those that are certain now become points of the map.
+  void update(const Camera& camera, const TrackedFrame& frame, Map& map);
+
+  void removeHost(const Keyframe& host);
+  void clear() { seeds_.clear(); }
+  const std::vector<Seed>& seeds() const { return seeds_; }
+
+ private:
+  // Whether the seed is to be kept.
+  bool updateOne(const Camera& camera, const TrackedFrame& frame, Seed& seed, Map& map);
+
+  VoOptions options_;
+  std::vector<Seed> seeds_;
+  int frames_ = 0;
+};
+
+}  // namespace diorama::vo

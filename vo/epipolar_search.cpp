@@ -1,0 +1,133 @@
+#include "vo/epipolar_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "vo/feature_alignment.h"
+#include "vo/reprojection.h"
+
+namespace diorama::vo {
+namespace {
+
+constexpr double kStepPx = 0.7;     // along the line (SVO)
+constexpr double kShortLinePx = 2;  // alignment alone reaches along such a line
+constexpr double kAlignmentReachPx = 3;
+constexpr double kOffLinePx = 2;  // how far from the line a match may be, at its level
+constexpr int kSize = Patch::kSize, kArea = kSize * kSize;
+constexpr double kNearestM = 0.02;  // nothing is seen nearer
+
+// Zero-mean sum of squared differences at whole pixels.
+class ZeroMeanDifference {
+ public:
+  explicit ZeroMeanDifference(const Patch& patch) {
+    const auto inner = patch.inner();
+    for (size_t k = 0; k < kArea; ++k) {
+      values_[k] = static_cast<int>(inner[k] + 0.5f);
+      sum_ += values_[k];
+      squares_ += values_[k] * values_[k];
+    }
+  }
+
+  double at(const Image<uint8_t>& image, int x, int y) const {
+    int sum = 0, squares = 0, product = 0;
+    for (int j = 0; j < kSize; ++j) {
+      const uint8_t* p = image.row(y - kSize / 2 + j) + x - kSize / 2;
+      for (int i = 0; i < kSize; ++i) {
+        const int v = p[i];
+        sum += v;
+        squares += v * v;
+        product += v * values_[static_cast<size_t>(j * kSize + i)];
+      }
+    }
+    const double mean = static_cast<double>(sum_ - sum);
+    return squares_ - 2.0 * product + squares - mean * mean / kArea;
+  }
+
+ private:
+  std::array<int, kArea> values_;
+  int sum_ = 0, squares_ = 0;
+};
+
+// The best whole pixel on the projected ray between two inverse depths.
+std::optional<Vector2d> bestOnLine(const Image<uint8_t>& image, const ZeroMeanDifference& patch,
+                                   const auto& projectAt, int steps, double worst) {
+  std::optional<Vector2d> best;
+  double best_cost = worst;
+  Vector2d last(-1, -1);
+  for (int i = 0; i <= steps; ++i) {
+    const auto u = projectAt(static_cast<double>(i) / steps);
+    if (!u) continue;
+    const Vector2d pixel(std::round(u->x()), std::round(u->y()));
+    if (pixel == last) continue;
+    last = pixel;
+    constexpr double margin = kSize / 2;
+    if (!(pixel.x() >= margin && pixel.y() >= margin && pixel.x() <= image.width - margin &&
+          pixel.y() <= image.height - margin))
+      continue;
+    const double cost = patch.at(image, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+    if (cost < best_cost) {
+      best_cost = cost;
+      best = pixel;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<Triangulated> triangulate(const SE3& T_other_host, const Vector3d& bearing,
+                                        const Vector3d& bearing_other) {
+  // (R b + rho t) ~ b_other: two equations a + rho c = 0, linear in the inverse depth rho.
+  const Vector3d a = T_other_host.rotation * bearing, t = T_other_host.translation;
+  const Vector2d x = bearing_other.head<2>();
+  const Vector2d constant = a.head<2>() - x * a.z(), slope = t.head<2>() - x * t.z();
+  const double square = slope.squaredNorm();
+  if (!(square > 1e-12)) return std::nullopt;
+  const double rho = -constant.dot(slope) / square;
+  const double z = a.z() + rho * t.z();  // depth in the other over depth in the host
+  if (!(rho > 1e-3) || !(z > 0) || z / rho < kNearestM) return std::nullopt;
+  return Triangulated{rho, z / std::sqrt(square), (constant + rho * slope).norm() / z};
+}
+
+EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
+                             const TrackedFrame& frame, double low, double high,
+                             const VoOptions& options) {
+  const SE3 T_frame_host = frame.T_world_camera.inverse() * corner.host->T_world_camera;
+  const double middle = 0.5 * (low + high);
+  const auto patch = warpPatch(camera, *corner.host->pyramid, corner.u_px, corner.level,
+                               corner.bearing / middle, T_frame_host, frame.pyramid->levels());
+  if (!patch) return {};
+  const Vector3d ray = T_frame_host.rotation * corner.bearing;
+  const auto projectAt = [&](double part) -> std::optional<Vector2d> {
+    const double rho = low + part * (high - low);
+    const auto u = camera.project(ray + rho * T_frame_host.translation);
+    if (!u) return std::nullopt;
+    return toLevel(*u, patch->level);
+  };
+  const auto begin = projectAt(0), end = projectAt(1), centre = projectAt(0.5);
+  if (!begin || !end || !centre) return {};
+  const double length = (*end - *begin).norm();
+  if (!(length <= options.max_epipolar_px)) return {};
+
+  const Image<uint8_t>& image = frame.pyramid->level(patch->level);
+  const double largest_rms = largestPatchRms(frame.noise, options);
+  Vector2d start = *centre;
+  if (length > kShortLinePx) {
+    // Rounding to pixels costs up to half a pixel of gradient: twice the rms is let through here.
+    const double worst = kArea * 4 * largest_rms * largest_rms;
+    const auto best = bestOnLine(image, ZeroMeanDifference(*patch), projectAt,
+                                 static_cast<int>(std::ceil(length / kStepPx)), worst);
+    if (!best) return {EpipolarOutcome::kNoMatch, {}};
+    start = *best;
+  }
+  const auto found = alignFeature(image, *patch, start, kAlignmentReachPx, options.match_gain);
+  if (!found || found->rms > largest_rms) return {EpipolarOutcome::kNoMatch, {}};
+  const auto bearing = camera.unproject(fromLevel(found->u_level, patch->level));
+  const auto point = bearing ? triangulate(T_frame_host, corner.bearing, *bearing) : std::nullopt;
+  const double focal = 0.5 * (camera.fx() + camera.fy()) * levelScale(patch->level);
+  if (!point || point->error * focal > kOffLinePx) return {EpipolarOutcome::kNoMatch, {}};
+  return {EpipolarOutcome::kFound,
+          {point->inverse_depth, options.seed_sigma_px / focal * point->sensitivity}};
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,22 @@
+// Finds a patch in an image to a fraction of a pixel: inverse compositional Lucas-Kanade (Baker and
+// Matthews 2004) in position, offset and gain of brightness.
+#pragma once
+
+#include <optional>
+
+#include "vo/patch.h"
+
+namespace diorama::vo {
+
+struct AlignedPatch {
+  Vector2d u_level;  // where the patch's centre is, in pixels of the level
+  double rms = 0;    // of the grey values that remain different
+  double gain = 1;
+};
+
+// From `start` (pixels of the level). Nothing when it moves farther than max_shift, leaves the
+// image or does not settle to 0.03 px (SVO) within ten steps.
+std::optional<AlignedPatch> alignFeature(const Image<uint8_t>& image, const Patch& patch,
+                                         const Vector2d& start, double max_shift, bool with_gain);
+
+}  // namespace diorama::vo

@@ -1,0 +1,49 @@
+#include "vo/image_pyramid.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace diorama::vo {
+namespace {
+
+constexpr int kSmallestSide = 16;  // px: less holds no patch with its surroundings
+
+Image<uint8_t> halved(const Image<uint8_t>& image) {
+  Image<uint8_t> half(image.width / 2, image.height / 2);
+  for (int y = 0; y < half.height; ++y) {
+    const uint8_t* a = image.row(2 * y);
+    const uint8_t* b = image.row(2 * y + 1);
+    uint8_t* out = half.row(y);
+    for (int x = 0; x < half.width; ++x)
+      out[x] = static_cast<uint8_t>((a[2 * x] + a[2 * x + 1] + b[2 * x] + b[2 * x + 1] + 2) / 4);
+  }
+  return half;
+}
+
+}  // namespace
+
+ImagePyramid::ImagePyramid(const Image<uint8_t>& image, int levels) {
+  levels_.reserve(static_cast<size_t>(levels));
+  levels_.push_back(image);
+  while (static_cast<int>(levels_.size()) < levels &&
+         std::min(levels_.back().width, levels_.back().height) / 2 >= kSmallestSide)
+    levels_.push_back(halved(levels_.back()));
+}
+
+double imageNoise(const Image<uint8_t>& image) {
+  constexpr int kStep = 5;  // a sample of the pixels is enough
+  std::vector<int> responses;
+  for (int y = 1; y + 1 < image.height; y += kStep) {
+    const uint8_t *a = image.row(y - 1), *b = image.row(y), *c = image.row(y + 1);
+    for (int x = 1 + y % kStep; x + 1 < image.width; x += kStep)
+      responses.push_back(std::abs(a[x - 1] - 2 * a[x] + a[x + 1] - 2 * b[x - 1] + 4 * b[x] -
+                                   2 * b[x + 1] + c[x - 1] - 2 * c[x] + c[x + 1]));
+  }
+  if (responses.empty()) return 0;
+  const auto middle = responses.begin() + static_cast<std::ptrdiff_t>(responses.size() / 2);
+  std::nth_element(responses.begin(), middle, responses.end());
+  // The mask's coefficients have the norm 6; 0.6745 is the median of |N(0, 1)|.
+  return *middle / (6 * 0.6745);
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,67 @@
+// Half-sampled copies of a grey image, square blocks read between pixels, and the image's noise.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "core/image.h"
+#include "core/types.h"
+
+namespace diorama::vo {
+
+// Level l has pixels of 2^l x 2^l pixels of the image.
+inline double levelScale(int level) { return 1.0 / (1 << level); }
+inline Vector2d toLevel(const Vector2d& u_px, int level) {
+  return (u_px.array() + 0.5) * levelScale(level) - 0.5;
+}
+inline Vector2d fromLevel(const Vector2d& u_level, int level) {
+  return (u_level.array() + 0.5) / levelScale(level) - 0.5;
+}
+
+class ImagePyramid {
+ public:
+  // Halves by the mean of 2 x 2 pixels, up to `levels` levels as long as 16 pixels remain.
+  ImagePyramid(const Image<uint8_t>& image, int levels);
+
+  int levels() const { return static_cast<int>(levels_.size()); }
+  const Image<uint8_t>& level(int l) const { return levels_[static_cast<size_t>(l)]; }
+
+ private:
+  std::vector<Image<uint8_t>> levels_;
+};
+
+// Standard deviation of the noise, grey levels: median of a Laplacian that structure hardly answers
+// to (Immerkaer 1996).
+double imageNoise(const Image<uint8_t>& image);
+
+// Reads N x N values around `centre`, at offsets -N/2 .. N/2 - 1 (N even) or -N/2 .. N/2 (odd),
+// bilinearly. False, and nothing read, where that leaves the image or the centre is not finite.
+template <int N>
+bool sampleBlock(const Image<uint8_t>& image, const Vector2d& centre, float* values) {
+  const double x = centre.x() - N / 2, y = centre.y() - N / 2;
+  if (!(x >= 0 && y >= 0 && x < image.width - N && y < image.height - N)) return false;
+  const int xi = static_cast<int>(x), yi = static_cast<int>(y);
+  const float a = static_cast<float>(x - xi), b = static_cast<float>(y - yi);
+  const float w00 = (1 - a) * (1 - b), w01 = a * (1 - b), w10 = (1 - a) * b, w11 = a * b;
+  for (int r = 0; r < N; ++r) {
+    const uint8_t* p = image.row(yi + r) + xi;
+    const uint8_t* q = p + image.width;
+    for (int c = 0; c < N; ++c)
+      values[r * N + c] = w00 * p[c] + w01 * p[c + 1] + w10 * q[c] + w11 * q[c + 1];
+  }
+  return true;
+}
+
+// One value; the caller has made sure that 0 <= x < width - 1, and y alike.
+inline float sampleBilinear(const Image<uint8_t>& image, float x, float y) {
+  const int xi = static_cast<int>(x), yi = static_cast<int>(y);
+  const float a = x - static_cast<float>(xi), b = y - static_cast<float>(yi);
+  const uint8_t* p = image.row(yi) + xi;
+  const uint8_t* q = p + image.width;
+  const float top = static_cast<float>(p[0]) + a * static_cast<float>(p[1] - p[0]);
+  const float bottom = static_cast<float>(q[0]) + a * static_cast<float>(q[1] - q[0]);
+  return top + b * (bottom - top);
+}
+
+}  // namespace diorama::vo

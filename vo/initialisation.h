@@ -1,0 +1,65 @@
+// The start: corners of a first keyframe are followed until there is parallax; two poses from
+// objects, or the essential matrix when there is none, then give the first points.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/measurements.h"
+#include "vo/map.h"
+#include "vo/patch.h"
+#include "vo/vo_options.h"
+
+namespace diorama::vo {
+
+// A corner of the first keyframe and where it is now.
+struct FollowedCorner {
+  Vector2d u_first_px, u_px;
+  Vector3d bearing_first;  // z = 1
+  int level = 0;
+  std::vector<Patch> patches;  // one per level from the corner's own upwards
+};
+
+struct StartAttempt {
+  bool started = false;
+  bool metric = false;
+  int points = 0;
+  std::string reason;  // why it did not start, or where the scale comes from
+};
+
+class Initialisation {
+ public:
+  Initialisation(const Camera& camera, const VoOptions& options)
+      : camera_(camera), options_(options) {}
+
+  // Takes this frame as the first keyframe.
+  void begin(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
+  bool begun() const { return first_.pyramid != nullptr; }
+  // Finds the corners in the next frame.
+  void follow(const TrackedFrame& frame);
+  // With enough parallax: fills the map with two keyframes and the points that both see.
+  StartAttempt tryStart(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects,
+                        Map& map) const;
+  // Why this first keyframe leads nowhere; empty while there is hope.
+  std::string hopeless() const;
+  void clear() { first_ = {}; }
+
+ private:
+  bool followCorner(const ImagePyramid& pyramid, FollowedCorner& corner) const;
+  double medianDisparity() const;
+  int countPoints(const SE3& T_first_second) const;
+  std::optional<SE3> motionFromObjects(std::span<const ObjectMeasurement> objects,
+                                       std::string& source) const;
+  std::optional<SE3> motionFromCorners(uint32_t frame) const;
+  void fillMap(const TrackedFrame& frame, const SE3& T_first_second, Map& map) const;
+
+  const Camera& camera_;
+  const VoOptions& options_;
+  TrackedFrame first_;
+  std::vector<ObjectMeasurement> objects_;
+  std::vector<FollowedCorner> corners_;
+  int frames_ = 0;  // since the first keyframe
+};
+
+}  // namespace diorama::vo

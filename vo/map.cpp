@@ -1,0 +1,66 @@
+#include "vo/map.h"
+
+#include <algorithm>
+
+namespace diorama::vo {
+
+Keyframe& Map::addKeyframe(const TrackedFrame& frame) {
+  auto keyframe = std::make_unique<Keyframe>();
+  static_cast<TrackedFrame&>(*keyframe) = frame;
+  keyframe->id = next_id_++;
+  for (const Feature& feature : keyframe->features)
+    feature.point->observations.push_back({keyframe.get(), feature.u_px, feature.level});
+  keyframes.push_back(std::move(keyframe));
+  return *keyframes.back();
+}
+
+MapPoint& Map::addPoint(Keyframe& host, const Vector3d& p_world, const Vector2d& u_px, int level) {
+  auto point = std::make_unique<MapPoint>();
+  point->p_world = p_world;
+  point->observations.push_back({&host, u_px, level});
+  host.features.push_back({point.get(), u_px, level});
+  points.push_back(std::move(point));
+  return *points.back();
+}
+
+void Map::removeKeyframe(Keyframe& keyframe) {
+  for (const Feature& feature : keyframe.features) {
+    std::erase_if(feature.point->observations,
+                  [&](const Observation& o) { return o.keyframe == &keyframe; });
+    if (feature.point->observations.empty()) feature.point->bad = true;
+  }
+  std::erase_if(keyframes, [&](const auto& k) { return k.get() == &keyframe; });
+}
+
+void Map::removeBadPoints() {
+  for (const auto& keyframe : keyframes)
+    std::erase_if(keyframe->features, [](const Feature& f) { return f.point->bad; });
+  std::erase_if(points, [](const auto& p) { return p->bad; });
+}
+
+size_t Map::objectIndex(const std::string& name) {
+  for (size_t i = 0; i < objects.size(); ++i)
+    if (objects[i].name == name) return i;
+  objects.push_back({name, SE3{}});
+  return objects.size() - 1;
+}
+
+void Map::clear() {
+  points.clear();
+  keyframes.clear();
+  objects.clear();
+}
+
+DepthRange depthRange(const TrackedFrame& frame) {
+  std::vector<double> depths;
+  const SE3 T_camera_world = frame.T_world_camera.inverse();
+  for (const Feature& feature : frame.features) {
+    const double z = (T_camera_world * feature.point->p_world).z();
+    if (z > 0) depths.push_back(z);
+  }
+  if (depths.size() < 5) return {};
+  std::sort(depths.begin(), depths.end());
+  return {depths[depths.size() / 2], depths[depths.size() / 20]};
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,96 @@
+// The sparse map: keyframes, and points with the patches that saw them. Poses are T_world_camera;
+// the world is the camera frame of the first keyframe.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/camera.h"
+#include "core/se3.h"
+#include "vo/image_pyramid.h"
+
+namespace diorama::vo {
+
+struct Keyframe;
+
+// Where a keyframe saw a point.
+struct Observation {
+  Keyframe* keyframe = nullptr;
+  Vector2d u_px;
+  int level = 0;  // of the pyramid, where it was measured
+};
+
+struct MapPoint {
+  Vector3d p_world;
+  std::vector<Observation> observations;  // the first is the host: its patch is the reference
+  int agreed = 0;                         // frames in which it agreed with the pose
+  int failed = 0;                         // frames in a row in which it did not
+  bool bad = false;                       // to be removed
+  int mark = 0;                           // bundle adjustment's own
+};
+
+// A point found in an image.
+struct Feature {
+  MapPoint* point = nullptr;
+  Vector2d u_px;
+  int level = 0;
+  Vector2d residual_px =
+      Vector2d::Zero();  // measured - projected, px at the level; set by pose refinement
+};
+
+struct TrackedFrame {
+  int64_t timestamp_ns = 0;
+  std::shared_ptr<const ImagePyramid> pyramid;
+  double noise = 0;  // grey levels
+  SE3 T_world_camera;
+  std::vector<Feature> features;
+};
+
+// What was measured of an object in a keyframe.
+struct ObjectObservation {
+  size_t object = 0;  // index into Map::objects
+  SE3 T_camera_object;
+  Matrix6d information;  // right tangent [rho, phi]
+};
+
+struct Keyframe : TrackedFrame {
+  int id = 0;  // counts from 0, never used again
+  std::vector<ObjectObservation> objects;
+  int slot = -1;  // bundle adjustment's own
+};
+
+struct MapObject {
+  std::string name;
+  SE3 T_world_object;
+};
+
+struct DepthRange {
+  double median_m = 1, nearest_m = 0.5;  // nearest: the 5th percentile
+};
+
+class Map {
+ public:
+  std::vector<std::unique_ptr<Keyframe>> keyframes;  // oldest first
+  std::vector<std::unique_ptr<MapPoint>> points;
+  std::vector<MapObject> objects;
+
+  Keyframe& addKeyframe(const TrackedFrame& frame);  // its features become observations
+  // A point seen by its host; a feature of the host from now on.
+  MapPoint& addPoint(Keyframe& host, const Vector3d& p_world, const Vector2d& u_px, int level);
+  // Removes the keyframe and what it saw; points that nobody else saw become bad.
+  void removeKeyframe(Keyframe& keyframe);
+  // Frees bad points; afterwards nobody but the keyframes may have known them.
+  void removeBadPoints();
+  size_t objectIndex(const std::string& name);  // added when it is new
+  void clear();
+
+ private:
+  int next_id_ = 0;
+};
+
+// Depths of a frame's features; the default when it has fewer than five.
+DepthRange depthRange(const TrackedFrame& frame);
+
+}  // namespace diorama::vo

@@ -1,0 +1,70 @@
+#include "vo/object_scale.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+#include <limits>
+
+namespace diorama::vo {
+
+bool isUsable(const ObjectMeasurement& m) {
+  return m.claimed && m.health > 0 && m.T_camera_object.isFinite() && m.covariance.allFinite() &&
+         m.covariance.llt().info() == Eigen::Success;
+}
+
+int attachObjects(Map& map, Keyframe& keyframe, std::span<const ObjectMeasurement> objects,
+                  const VoOptions& options) {
+  int added = 0;
+  for (const ObjectMeasurement& m : objects) {
+    if (!isUsable(m)) continue;
+    const size_t known = map.objects.size(), index = map.objectIndex(m.object);
+    if (index == known)
+      map.objects[index].T_world_object = keyframe.T_world_camera * m.T_camera_object;
+    Matrix6d covariance = options.object_sigma_scale * options.object_sigma_scale * m.covariance;
+    const double floor_m = options.object_sigma_min_m, floor_rad = options.object_sigma_min_rad;
+    covariance.diagonal().head<3>().array() += floor_m * floor_m;
+    covariance.diagonal().tail<3>().array() += floor_rad * floor_rad;
+    keyframe.objects.push_back({index, m.T_camera_object, covariance.inverse()});
+    ++added;
+  }
+  return added;
+}
+
+ObjectResidual objectResidual(const SE3& T_world_camera, const SE3& T_world_object,
+                              const SE3& T_camera_object_measured) {
+  const SE3 T_camera_object = T_world_camera.inverse() * T_world_object;
+  ObjectResidual out;
+  out.r = log(T_camera_object_measured.inverse() * T_camera_object);
+  out.J_object = rightJacobianInverse(out.r);
+  out.J_camera = -out.J_object * adjoint(T_camera_object.inverse());
+  return out;
+}
+
+double scaleSigma(const Map& map) {
+  // Unknowns: the logarithm of the scale, and each object's pose; the path only stretches about the
+  // first keyframe: d T_world_camera / d log s = [R^T (t - t_0), 0].
+  if (map.keyframes.empty()) return std::numeric_limits<double>::infinity();
+  const Vector3d origin = map.keyframes.front()->T_world_camera.translation;
+  const size_t objects = map.objects.size();
+  double information = 0;
+  std::vector<Matrix6d> H(objects, Matrix6d::Zero());
+  std::vector<Vector6d> coupling(objects, Vector6d::Zero());
+  for (const auto& keyframe : map.keyframes)
+    for (const ObjectObservation& o : keyframe->objects) {
+      const SE3& T = keyframe->T_world_camera;
+      const ObjectResidual e =
+          objectResidual(T, map.objects[o.object].T_world_object, o.T_camera_object);
+      Vector6d stretch = Vector6d::Zero();
+      stretch.head<3>() = T.rotation.conjugate() * (T.translation - origin);
+      const Vector6d j = e.J_camera * stretch;
+      information += j.dot(o.information * j);
+      H[o.object] += e.J_object.transpose() * o.information * e.J_object;
+      coupling[o.object] += e.J_object.transpose() * o.information * j;
+    }
+  for (size_t i = 0; i < objects; ++i)
+    if (H[i].diagonal().minCoeff() > 0)
+      information -= coupling[i].dot(H[i].ldlt().solve(coupling[i]));
+  return information > 0 ? 1 / std::sqrt(information) : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,33 @@
+// What known objects tell the map: where they are, and through them the scale of everything.
+#pragma once
+
+#include <span>
+
+#include "core/measurements.h"
+#include "vo/map.h"
+#include "vo/vo_options.h"
+
+namespace diorama::vo {
+
+// Adds what was measured of objects in a keyframe; an object's first measurement places it in the
+// world. Measurements that are not claimed or not finite are left out. Returns how many were added.
+int attachObjects(Map& map, Keyframe& keyframe, std::span<const ObjectMeasurement> objects,
+                  const VoOptions& options);
+
+// Whether a measurement can be used at all.
+bool isUsable(const ObjectMeasurement& measurement);
+
+// Residual and Jacobians of an object observation (right perturbations of both poses).
+struct ObjectResidual {
+  Vector6d r;
+  Matrix6d J_camera, J_object;
+};
+ObjectResidual objectResidual(const SE3& T_world_camera, const SE3& T_world_object,
+                              const SE3& T_camera_object_measured);
+
+// Relative standard deviation of the map's scale, as far as the object observations of its
+// keyframes tell it: the shape of the camera path is taken as known. Infinite without such
+// observations.
+double scaleSigma(const Map& map);
+
+}  // namespace diorama::vo

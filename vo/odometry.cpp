@@ -1,0 +1,278 @@
+// The main path of the visual odometry. A frame, in track():
+//
+//   start          until there is a map: follow corners (initialisation)
+//   align          motion from the last frame, by grey values around features (sparse_alignment)
+//   reproject      find the map's points, one per cell, by their patches (reprojection)
+//   refine         the pose from the points' pixels (pose_refinement)
+//   assess         does the pose explain enough of what was found? (tracking_quality)
+//   relocalise     when it does not: compare with the keyframes (relocalisation)
+//
+// and in update(), behind it:
+//
+//   filter depths  of corners that are no points yet (depth_filter)
+//   add keyframe   when the camera moved or features get few (keyframe_policy)
+//   adjust         the newest keyframes, points and objects (bundle_adjustment)
+//
+// Poses inside are T_world_camera, the world being the camera frame of the first keyframe.
+#include "vo/odometry.h"
+
+#include "vo/bundle_adjustment.h"
+#include "vo/depth_filter.h"
+#include "vo/initialisation.h"
+#include "vo/keyframe_policy.h"
+#include "vo/object_scale.h"
+#include "vo/relocalisation.h"
+#include "vo/reprojection.h"
+#include "vo/sparse_alignment.h"
+#include "vo/tracking_quality.h"
+
+namespace diorama {
+
+using namespace vo;
+
+class VisualOdometry::Implementation {
+ public:
+  Implementation(Camera camera, VoOptions options, std::string source_name)
+      : options_(options),
+        camera_(std::move(camera)),
+        source_(std::move(source_name)),
+        initialisation_(camera_, options_),
+        quality_(options_),
+        depth_filter_(options_),
+        relocalisation_(camera_, options_) {}
+
+  std::optional<OdometryMeasurement> track(const Frame& frame);
+  void update(std::span<const ObjectMeasurement> objects);
+  bool wantsObjects() const;
+
+  bool started() const { return state_ == State::kTracking || state_ == State::kLost; }
+  std::optional<SE3> locate(const std::string& object) const;
+  const std::vector<OdometryEvent>& events() const { return events_; }
+  const Map& map() const { return map_; }
+
+ private:
+  enum class State { kStarting, kTracking, kLost };
+
+  TrackedFrame makeFrame(const Frame& frame) const;
+  Assessment follow(TrackedFrame& frame);
+  Assessment locate(TrackedFrame& frame, const SE3& T_world_camera);
+  OdometryMeasurement accept(TrackedFrame frame, const Assessment& assessment);
+  OdometryMeasurement lose(const TrackedFrame& frame, const std::string& reason);
+  void start(std::span<const ObjectMeasurement> objects);
+  void addKeyframe(std::span<const ObjectMeasurement> objects);
+  void adjust(int window);
+  void forgetBadPoints();
+  void note(const std::string& event, double value, const std::string& reason) {
+    events_.push_back({event, value, reason});
+  }
+
+  const VoOptions options_;
+  const Camera camera_;
+  const std::string source_;
+
+  Map map_;
+  Initialisation initialisation_;
+  TrackingQuality quality_;
+  DepthFilter depth_filter_;
+  Relocalisation relocalisation_;
+
+  State state_ = State::kStarting;
+  TrackedFrame now_;      // the frame just tracked; when lost, its image alone counts
+  TrackedFrame last_;     // the last frame with a good pose
+  SE3 T_world_reported_;  // its pose as it was reported, before the map was corrected
+  SE3 velocity_;          // T_last_now of the last two good frames
+  Vector6d correction_ = Vector6d::Zero();  // of the reported pose since, right tangent
+  bool metric_ = false, scale_known_ = false;
+  int64_t start_ns_ = 0, previous_ns_ = 0;
+  int lost_frames_ = 0;
+  std::vector<OdometryEvent> events_;
+};
+
+std::optional<OdometryMeasurement> VisualOdometry::Implementation::track(const Frame& frame) {
+  events_.clear();
+  now_ = makeFrame(frame);
+  if (state_ == State::kStarting) {
+    if (initialisation_.begun() && now_.pyramid) initialisation_.follow(now_);
+    return std::nullopt;
+  }
+  if (!now_.pyramid) return lose(now_, "the image has another size than the camera");
+  if (state_ == State::kTracking) {
+    const Assessment assessment = follow(now_);
+    return assessment.good ? accept(now_, assessment) : lose(now_, assessment.reason);
+  }
+  for (const SE3& T_world_camera : relocalisation_.candidates(now_, last_, map_)) {
+    const Assessment assessment = locate(now_, T_world_camera);
+    if (assessment.good) return accept(now_, assessment);
+  }
+  return lose(now_, "");
+}
+
+TrackedFrame VisualOdometry::Implementation::makeFrame(const Frame& frame) const {
+  TrackedFrame made;
+  made.timestamp_ns = frame.timestamp_ns;
+  if (frame.gray.width != camera_.width() || frame.gray.height != camera_.height()) return made;
+  made.pyramid = std::make_shared<const ImagePyramid>(frame.gray, options_.pyramid_levels);
+  made.noise = imageNoise(frame.gray);
+  return made;
+}
+
+// Motion from the last frame, started with constant velocity, then the pose in the map.
+Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame) {
+  const auto aligned = alignSparsely(camera_, last_, *frame.pyramid, velocity_.inverse(), options_);
+  const SE3 T_last_now = aligned ? aligned->T_current_reference.inverse() : velocity_;
+  frame.T_world_camera = last_.T_world_camera * T_last_now;
+  const ReprojectionResult reprojected = reprojectMap(camera_, map_, frame, options_);
+  const PoseRefinement refined = refinePose(camera_, frame, options_);
+  return quality_.assess(frame, reprojected, refined);
+}
+
+// The pose in the map from a coarse one; what was found first leads to more.
+Assessment VisualOdometry::Implementation::locate(TrackedFrame& frame, const SE3& T_world_camera) {
+  frame.T_world_camera = T_world_camera;
+  ReprojectionResult reprojected = reprojectMap(camera_, map_, frame, options_);
+  PoseRefinement refined = refinePose(camera_, frame, options_);
+  reprojected = reprojectMap(camera_, map_, frame, options_);
+  refined = refinePose(camera_, frame, options_);
+  return quality_.assessRecovery(reprojected, refined);
+}
+
+OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
+                                                           const Assessment& assessment) {
+  const bool recovered = state_ == State::kLost;
+  OdometryMeasurement m{source_, last_.timestamp_ns, frame.timestamp_ns,
+                        T_world_reported_.inverse() * frame.T_world_camera};
+  m.covariance = stepCovariance(last_, frame, assessment.hessian, options_);
+  const Vector6d correction =
+      adjoint(frame.T_world_camera.inverse() * last_.T_world_camera) * correction_;
+  m.covariance += correction * correction.transpose();
+  m.health = assessment.health;
+  if (recovered) note("relocalised", lost_frames_, "found again in the map");
+
+  velocity_ = recovered ? SE3{} : last_.T_world_camera.inverse() * frame.T_world_camera;
+  correction_.setZero();
+  T_world_reported_ = frame.T_world_camera;
+  previous_ns_ = frame.timestamp_ns;
+  last_ = std::move(frame);
+  lost_frames_ = 0;
+  state_ = State::kTracking;
+  return m;
+}
+
+// The last good pose is held, and motion is measured from there when the camera is found again.
+OdometryMeasurement VisualOdometry::Implementation::lose(const TrackedFrame& frame,
+                                                         const std::string& reason) {
+  if (state_ == State::kTracking) note("lost", 0, reason);
+  state_ = State::kLost;
+  ++lost_frames_;
+  OdometryMeasurement m{source_, previous_ns_, frame.timestamp_ns, SE3{}};
+  previous_ns_ = frame.timestamp_ns;
+  return m;  // health 0
+}
+
+bool VisualOdometry::Implementation::wantsObjects() const {
+  return state_ == State::kStarting || (metric_ && !scale_known_);
+}
+
+void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> objects) {
+  if (!now_.pyramid) return;
+  if (state_ == State::kStarting) return start(objects);
+  if (state_ != State::kTracking) return;
+  depth_filter_.update(camera_, last_, map_);
+  if (needsKeyframe(map_, last_, options_)) addKeyframe(objects);
+}
+
+std::optional<SE3> VisualOdometry::Implementation::locate(const std::string& object) const {
+  for (const MapObject& known : map_.objects)
+    if (known.name == object) return last_.T_world_camera.inverse() * known.T_world_object;
+  return std::nullopt;
+}
+
+void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> objects) {
+  if (!initialisation_.begun()) return initialisation_.begin(now_, objects);
+  const StartAttempt attempt = initialisation_.tryStart(now_, objects, map_);
+  if (!attempt.started) {
+    std::string reason = initialisation_.hopeless();
+    if (reason.empty()) return;
+    if (!attempt.reason.empty()) reason += "; " + attempt.reason;
+    note("reset", 0, "no start: " + reason);
+    return initialisation_.begin(now_, objects);
+  }
+  state_ = State::kTracking;
+  metric_ = attempt.metric;
+  note("started", attempt.points, attempt.reason);
+  initialisation_.clear();
+  const Keyframe& keyframe = *map_.keyframes.back();
+  last_ = keyframe;
+  T_world_reported_ = keyframe.T_world_camera;
+  start_ns_ = previous_ns_ = keyframe.timestamp_ns;
+  depth_filter_.addSeeds(camera_, *map_.keyframes.back(), depthRange(keyframe));
+}
+
+void VisualOdometry::Implementation::addKeyframe(std::span<const ObjectMeasurement> objects) {
+  if (static_cast<int>(map_.keyframes.size()) >= options_.max_keyframes)
+    if (Keyframe* gone = farthestKeyframe(map_, last_, options_.bundle_window)) {
+      depth_filter_.removeHost(*gone);
+      map_.removeKeyframe(*gone);
+      forgetBadPoints();
+    }
+  Keyframe& keyframe = map_.addKeyframe(last_);
+  if (wantsObjects()) attachObjects(map_, keyframe, objects, options_);
+  const int all = static_cast<int>(map_.keyframes.size());
+  // While objects tell the scale, every keyframe since the start moves with it.
+  adjust(metric_ && !scale_known_ ? all : options_.bundle_window);
+
+  if (metric_ && !scale_known_) {
+    const double sigma = scaleSigma(map_);
+    const double seconds = 1e-9 * static_cast<double>(keyframe.timestamp_ns - start_ns_);
+    scale_known_ = seconds > options_.scale_time_s ||
+                   (sigma < options_.scale_sigma && all >= options_.scale_min_keyframes);
+  }
+  depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
+  relocalisation_.learn(keyframe);
+}
+
+void VisualOdometry::Implementation::adjust(int window) {
+  Keyframe& newest = *map_.keyframes.back();
+  if (options_.bundle_window > 0)
+    adjustBundle(camera_, map_, {window, options_.bundle_iterations}, options_);
+  correction_ = log(T_world_reported_.inverse() * newest.T_world_camera);
+  last_.T_world_camera = newest.T_world_camera;
+  forgetBadPoints();
+}
+
+void VisualOdometry::Implementation::forgetBadPoints() {
+  std::erase_if(last_.features, [](const Feature& f) { return f.point->bad; });
+  std::erase_if(now_.features, [](const Feature& f) { return f.point->bad; });
+  relocalisation_.forgetBadPoints();
+  map_.removeBadPoints();
+}
+
+VisualOdometry::VisualOdometry(Camera camera, VoOptions options, std::string source_name)
+    : implementation_(
+          std::make_unique<Implementation>(std::move(camera), options, std::move(source_name))) {}
+VisualOdometry::~VisualOdometry() = default;
+
+std::optional<OdometryMeasurement> VisualOdometry::track(const Frame& frame) {
+  return implementation_->track(frame);
+}
+void VisualOdometry::update(std::span<const ObjectMeasurement> objects) {
+  implementation_->update(objects);
+}
+bool VisualOdometry::wantsObjects() const { return implementation_->wantsObjects(); }
+std::optional<SE3> VisualOdometry::locate(const std::string& object) const {
+  return implementation_->locate(object);
+}
+bool VisualOdometry::started() const { return implementation_->started(); }
+std::vector<OdometryEvent> VisualOdometry::events() const { return implementation_->events(); }
+
+std::vector<Vector3d> VisualOdometry::mapPoints() const {
+  std::vector<Vector3d> points;
+  for (const auto& point : implementation_->map().points)
+    if (!point->bad) points.push_back(point->p_world);
+  return points;
+}
+int VisualOdometry::keyframeCount() const {
+  return static_cast<int>(implementation_->map().keyframes.size());
+}
+
+}  // namespace diorama

@@ -1,0 +1,79 @@
+#include "vo/patch.h"
+
+#include <Eigen/LU>
+#include <cmath>
+
+namespace diorama::vo {
+namespace {
+
+constexpr int kHalf = Patch::kBordered / 2;  // offsets -5 .. 4
+
+// Areas of a patch in the other view, in pixels of its level: what is smaller has lost its texture,
+// what is larger is a blur.
+constexpr double kSmallestArea = 0.05, kLargestArea = 60;
+constexpr double kCoarserAbove = 3;  // (SVO)
+
+bool fits(const Image<uint8_t>& image, const Vector2d& centre, const Matrix2d& A) {
+  const double reach_x = kHalf * (std::abs(A(0, 0)) + std::abs(A(0, 1)));
+  const double reach_y = kHalf * (std::abs(A(1, 0)) + std::abs(A(1, 1)));
+  return centre.x() - reach_x >= 0 && centre.y() - reach_y >= 0 &&
+         centre.x() + reach_x < image.width - 1 && centre.y() + reach_y < image.height - 1;
+}
+
+// Values of the image at centre + A * offset.
+Patch sampleAffine(const Image<uint8_t>& image, const Vector2d& centre, const Matrix2d& A) {
+  Patch patch;
+  const Eigen::Matrix2f a = A.cast<float>();
+  const Eigen::Vector2f c = centre.cast<float>();
+  size_t k = 0;
+  for (int y = -kHalf; y < kHalf; ++y)
+    for (int x = -kHalf; x < kHalf; ++x, ++k) {
+      const float dx = static_cast<float>(x), dy = static_cast<float>(y);
+      patch.bordered[k] = sampleBilinear(image, c.x() + a(0, 0) * dx + a(0, 1) * dy,
+                                         c.y() + a(1, 0) * dx + a(1, 1) * dy);
+    }
+  return patch;
+}
+
+}  // namespace
+
+std::array<float, Patch::kSize * Patch::kSize> Patch::inner() const {
+  std::array<float, kSize * kSize> values;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) values[static_cast<size_t>(y * kSize + x)] = at(x, y);
+  return values;
+}
+
+std::optional<Patch> cutPatch(const ImagePyramid& pyramid, const Vector2d& u_px, int level) {
+  const Vector2d centre = toLevel(u_px, level);
+  if (!fits(pyramid.level(level), centre, Matrix2d::Identity())) return std::nullopt;
+  Patch patch = sampleAffine(pyramid.level(level), centre, Matrix2d::Identity());
+  patch.level = level;
+  return patch;
+}
+
+std::optional<Patch> warpPatch(const Camera& camera, const ImagePyramid& reference,
+                               const Vector2d& u_px, int level, const Vector3d& p_reference,
+                               const SE3& T_other_reference, int levels) {
+  const auto here = camera.projectWithJacobian(p_reference);
+  const auto there = camera.projectWithJacobian(T_other_reference * p_reference);
+  if (!here || !there) return std::nullopt;
+  // d u_other / d u_reference, for points of equal depth in the reference.
+  const Matrix2d to_plane = here->J.leftCols<2>();
+  const Matrix2d A =
+      there->J * T_other_reference.rotationMatrix().leftCols<2>() * to_plane.inverse();
+  double area = std::abs(A.determinant()) * (1 << (2 * level));
+  if (!(area > kSmallestArea && area < kLargestArea)) return std::nullopt;
+  int found_level = 0;
+  for (; area > kCoarserAbove && found_level + 1 < levels; ++found_level) area /= 4;
+
+  const Matrix2d back = A.inverse() * (levelScale(level) / levelScale(found_level));
+  const Vector2d centre = toLevel(u_px, level);
+  const Image<uint8_t>& image = reference.level(level);
+  if (!back.allFinite() || !fits(image, centre, back)) return std::nullopt;
+  Patch patch = sampleAffine(image, centre, back);
+  patch.level = found_level;
+  return patch;
+}
+
+}  // namespace diorama::vo

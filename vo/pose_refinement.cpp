@@ -1,0 +1,101 @@
+#include "vo/pose_refinement.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace diorama::vo {
+namespace {
+
+constexpr int kFewest = 6;      // features: below it the pose is not held with any certainty
+constexpr int kHuberSteps = 3;  // Huber first, since Tukey forgets what is far off
+constexpr double kHuber = 1.5, kTukey = 4.685;  // of the scale; Tukey: 95% efficiency
+constexpr double kSmallestScale = 0.15;         // px
+constexpr double kMedianToSigma = 0.85;  // median of a 2-vector of normal errors is 1.18 sigma
+constexpr double kSettled = 1e-7;
+
+double weightOf(double error, double scale, bool huber) {
+  if (huber) return error < kHuber * scale ? 1 : kHuber * scale / error;
+  const double x = error / (kTukey * scale);
+  return x < 1 ? (1 - x * x) * (1 - x * x) : 0;
+}
+
+struct Linearised {
+  Matrix6d H = Matrix6d::Zero();
+  Vector6d g = Vector6d::Zero();
+  std::vector<double> errors;  // px at the level, one per feature that projects
+};
+
+Linearised linearise(const Camera& camera, const TrackedFrame& frame, double scale, bool huber) {
+  Linearised sum;
+  sum.errors.reserve(frame.features.size());
+  const SE3 T_camera_world = frame.T_world_camera.inverse();
+  const Matrix3d R = T_camera_world.rotationMatrix();
+  for (const Feature& feature : frame.features) {
+    const Vector3d p_camera = R * feature.point->p_world + T_camera_world.translation;
+    const auto projected = camera.projectWithJacobian(p_camera);
+    if (!projected) continue;
+    const double s = levelScale(feature.level);
+    const Vector2d r = s * (feature.u_px - projected->u_px);
+    const Matrix26d J = s * poseJacobian(projected->J, p_camera);
+    const double error = r.norm(), w = weightOf(error, scale, huber);
+    sum.H.noalias() += w * J.transpose() * J;
+    sum.g.noalias() += w * J.transpose() * r;
+    sum.errors.push_back(error);
+  }
+  return sum;
+}
+
+double scaleOf(std::vector<double> errors) {
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  return std::max(kSmallestScale, kMedianToSigma * *middle);
+}
+
+// Keeps the features that agree, and counts for each point whether it did.
+void dropOutliers(const Camera& camera, TrackedFrame& frame, double limit_px,
+                  PoseRefinement& result) {
+  const SE3 T_camera_world = frame.T_world_camera.inverse();
+  double squares = 0;
+  std::erase_if(frame.features, [&](Feature& feature) {
+    const Vector3d p_camera = T_camera_world * feature.point->p_world;
+    const auto projected = camera.projectWithJacobian(p_camera);
+    const double s = levelScale(feature.level);
+    if (projected) feature.residual_px = s * (feature.u_px - projected->u_px);
+    const double error = projected ? feature.residual_px.norm() : 1e9;
+    if (error > limit_px) {
+      ++feature.point->failed;
+      return true;
+    }
+    const Matrix26d J = s * poseJacobian(projected->J, p_camera);
+    result.hessian.noalias() += J.transpose() * J;
+    squares += error * error;
+    ++feature.point->agreed;
+    feature.point->failed = 0;
+    return false;
+  });
+  result.agreed = static_cast<int>(frame.features.size());
+  result.rms_px = std::sqrt(squares / std::max(1, result.agreed));
+}
+
+}  // namespace
+
+PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOptions& options) {
+  double scale = 1;
+  PoseRefinement result;
+  for (int i = 0; i < options.refine_iterations; ++i) {
+    const Linearised sum = linearise(camera, frame, scale, i < kHuberSteps);
+    if (sum.errors.size() < kFewest) return result;
+    if (i <= kHuberSteps) scale = scaleOf(sum.errors);
+    const Vector6d step = sum.H.ldlt().solve(sum.g);
+    if (!step.allFinite()) return result;
+    frame.T_world_camera = frame.T_world_camera * exp(step);
+    if (!frame.T_world_camera.isFinite()) return result;
+    if (step.norm() < kSettled && i > kHuberSteps) break;
+  }
+  result.converged = true;
+  dropOutliers(camera, frame, std::clamp(5 * scale, 1.0, options.outlier_px), result);
+  return result;
+}
+
+}  // namespace diorama::vo

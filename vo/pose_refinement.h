@@ -1,0 +1,27 @@
+// The frame's pose from the pixels of its features: robust Gauss-Newton on reprojection errors.
+#pragma once
+
+#include "vo/map.h"
+#include "vo/vo_options.h"
+
+namespace diorama::vo {
+
+struct PoseRefinement {
+  bool converged = false;               // there was a pose to find
+  int agreed = 0;                       // features left in the frame
+  double rms_px = 0;                    // of their errors, at their level
+  Matrix6d hessian = Matrix6d::Zero();  // for errors of 1 px per coordinate, right tangent
+};
+
+// Changes frame.T_world_camera and drops the features that do not agree with it.
+PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOptions& options);
+
+// Jacobian of a point's pixel by the right perturbation of T_world_camera: J_projection [-I |
+// [p]x].
+inline Matrix26d poseJacobian(const Matrix23d& J_projection, const Vector3d& p_camera) {
+  Matrix26d J;
+  J << -J_projection, J_projection * skew(p_camera);
+  return J;
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,119 @@
+#include "vo/reprojection.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "vo/feature_alignment.h"
+
+namespace diorama::vo {
+namespace {
+
+constexpr double kBorder = 8;         // px: a patch does not fit nearer to the outline
+constexpr int kFailuresAllowed = 15;  // in a row, for a point that few keyframes have seen
+constexpr int kTrialsPerCell = 3;     // points searched for before the cell is given up
+
+struct Candidate {
+  MapPoint* point;
+  Vector2d u_px;
+  int score;
+};
+
+// Points that agreed often and are seen by many keyframes come first.
+int scoreOf(const MapPoint& point) {
+  return std::min(point.agreed, 30) + 5 * std::min(static_cast<int>(point.observations.size()), 6) -
+         3 * point.failed;
+}
+
+std::vector<std::vector<Candidate>> fillCells(const Camera& camera, const Map& map,
+                                              const SE3& T_world_camera, const CellGrid& grid) {
+  std::vector<std::vector<Candidate>> cells(grid.size());
+  const SE3 T_camera_world = T_world_camera.inverse();
+  const Matrix3d R = T_camera_world.rotationMatrix();
+  for (const auto& point : map.points) {
+    if (point->bad) continue;
+    const auto u = camera.project(R * point->p_world + T_camera_world.translation);
+    if (u && camera.contains(*u, kBorder))
+      cells[grid.cellOf(*u)].push_back({point.get(), *u, scoreOf(*point)});
+  }
+  for (auto& cell : cells)
+    std::stable_sort(cell.begin(), cell.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+  return cells;
+}
+
+// The cells in an order that spreads over the image, so that any part of it is spread, too.
+std::vector<size_t> spreadOrder(size_t cells) {
+  size_t stride = std::max<size_t>(1, static_cast<size_t>(0.618 * static_cast<double>(cells)));
+  while (std::gcd(stride, cells) != 1) ++stride;
+  std::vector<size_t> order(cells);
+  for (size_t i = 0; i < cells; ++i) order[i] = i * stride % cells;
+  return order;
+}
+
+std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
+                            const Candidate& candidate, const VoOptions& options) {
+  const Observation* reference =
+      chooseReference(*candidate.point, frame.T_world_camera.translation, options);
+  if (!reference) return std::nullopt;
+  const SE3 T_reference_world = reference->keyframe->T_world_camera.inverse();
+  const auto patch = warpPatch(camera, *reference->keyframe->pyramid, reference->u_px,
+                               reference->level, T_reference_world * candidate.point->p_world,
+                               frame.T_world_camera.inverse() * reference->keyframe->T_world_camera,
+                               frame.pyramid->levels());
+  if (!patch) return std::nullopt;
+  const auto found = alignFeature(frame.pyramid->level(patch->level), *patch,
+                                  toLevel(candidate.u_px, patch->level), options.match_radius_px,
+                                  options.match_gain);
+  if (!found || found->rms > largestPatchRms(frame.noise, options)) return std::nullopt;
+  return Feature{candidate.point, fromLevel(found->u_level, patch->level), patch->level};
+}
+
+void noteFailure(MapPoint& point) {
+  if (++point.failed > kFailuresAllowed && point.observations.size() < 4) point.bad = true;
+}
+
+}  // namespace
+
+const Observation* chooseReference(const MapPoint& point, const Vector3d& camera_world,
+                                   const VoOptions& options) {
+  if (point.observations.empty()) return nullptr;
+  const Vector3d view = (camera_world - point.p_world).normalized();
+  const auto cosineOf = [&](const Observation& o) {
+    return view.dot((o.keyframe->T_world_camera.translation - point.p_world).normalized());
+  };
+  const Observation* best = &point.observations.front();
+  double best_cosine = cosineOf(*best);
+  if (best_cosine >= std::cos(options.host_view_angle_rad)) return best;
+  for (const Observation& o : point.observations)
+    if (const double cosine = cosineOf(o); cosine > best_cosine) {
+      best = &o;
+      best_cosine = cosine;
+    }
+  return best_cosine >= std::cos(options.max_view_angle_rad) ? best : nullptr;
+}
+
+ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFrame& frame,
+                                const VoOptions& options) {
+  const CellGrid grid(camera.width(), camera.height(), options.cell_px);
+  const auto cells = fillCells(camera, map, frame.T_world_camera, grid);
+  frame.features.clear();
+  ReprojectionResult result;
+  for (const size_t cell : spreadOrder(cells.size())) {
+    if (cells[cell].empty()) continue;
+    if (static_cast<int>(frame.features.size()) >= options.max_features) break;
+    ++result.tried;
+    int trials = 0;
+    for (const Candidate& candidate : cells[cell]) {
+      if (++trials > kTrialsPerCell) break;
+      if (auto feature = find(camera, frame, candidate, options)) {
+        frame.features.push_back(*feature);
+        break;
+      }
+      noteFailure(*candidate.point);
+    }
+  }
+  result.matched = static_cast<int>(frame.features.size());
+  return result;
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,32 @@
+// Reprojection of the map into a frame: one point per cell of the image, each found by feature
+// alignment.
+#pragma once
+
+#include "vo/corners.h"
+#include "vo/map.h"
+#include "vo/vo_options.h"
+
+namespace diorama::vo {
+
+struct ReprojectionResult {
+  int tried = 0;    // cells in which at least one point was searched for
+  int matched = 0;  // = frame.features.size()
+};
+
+// Replaces frame.features by what is found from frame.T_world_camera. Points that are not found are
+// noted as failed; points that fail often become bad.
+ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFrame& frame,
+                                const VoOptions& options);
+
+// The observation whose patch serves as the reference for a view of the point from `camera_world`:
+// the host's within host_view_angle_rad, else the nearest in angle; nothing beyond
+// max_view_angle_rad.
+const Observation* chooseReference(const MapPoint& point, const Vector3d& camera_world,
+                                   const VoOptions& options);
+
+// Grey levels by which a patch may differ from the image.
+inline double largestPatchRms(double noise, const VoOptions& options) {
+  return options.patch_rms_floor + options.patch_rms_noise * noise;
+}
+
+}  // namespace diorama::vo

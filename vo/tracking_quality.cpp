@@ -1,0 +1,78 @@
+#include "vo/tracking_quality.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+namespace diorama::vo {
+namespace {
+
+constexpr double kFullShare =
+    0.6;  // of the cells searched have a feature that agrees: as good as it gets
+constexpr double kMemory = 0.1;          // weight of a new frame in the running mean
+constexpr double kRecoveryShare = 0.25;  // of the cells must agree after a loss: chance brings less
+constexpr int kRecoveryFactor = 2;       // times the smallest number of features
+constexpr int kFewestPairs = 8;          // points in both frames, for a scale of their own
+constexpr double kSmallestSigmaPx = 0.02;
+constexpr double kUnknownSigma = 1;  // m, rad: of directions that nothing holds
+
+double healthOf(const ReprojectionResult& reprojected, const PoseRefinement& refined) {
+  return std::min(1.0, refined.agreed / (kFullShare * std::max(1, reprojected.tried)));
+}
+
+Assessment bad(const std::string& reason) { return {false, 0, reason, Matrix6d::Zero()}; }
+
+}  // namespace
+
+Assessment TrackingQuality::assess(const TrackedFrame&, const ReprojectionResult& reprojected,
+                                   const PoseRefinement& refined) {
+  const std::string agreed = std::to_string(refined.agreed);
+  if (!refined.converged || refined.agreed < options_.min_features)
+    return bad("only " + agreed + " features agree");
+  if (refined.agreed < options_.lost_agreement * reprojected.matched)
+    return bad("only " + agreed + " of " + std::to_string(reprojected.matched) +
+               " features found agree");
+  if (refined.agreed < options_.lost_drop * usual_agreed_)
+    return bad("features dropped suddenly to " + agreed);
+  usual_agreed_ = usual_agreed_ == 0 ? refined.agreed
+                                     : usual_agreed_ + kMemory * (refined.agreed - usual_agreed_);
+  return {true, healthOf(reprojected, refined), "", refined.hessian};
+}
+
+Assessment TrackingQuality::assessRecovery(const ReprojectionResult& reprojected,
+                                           const PoseRefinement& refined) {
+  if (!refined.converged || refined.agreed < kRecoveryFactor * options_.min_features ||
+      refined.agreed < kRecoveryShare * reprojected.tried ||
+      refined.agreed < 0.5 * reprojected.matched)
+    return bad("no keyframe looks like it");
+  usual_agreed_ = refined.agreed;
+  return {true, healthOf(reprojected, refined), "", refined.hessian};
+}
+
+Matrix6d stepCovariance(const TrackedFrame& before, const TrackedFrame& now,
+                        const Matrix6d& hessian, const VoOptions& options) {
+  std::unordered_map<const MapPoint*, Vector2d> residuals;
+  for (const Feature& feature : before.features) residuals[feature.point] = feature.residual_px;
+  std::vector<double> differences, absolute;
+  for (const Feature& feature : now.features) {
+    for (int i = 0; i < 2; ++i) absolute.push_back(std::abs(feature.residual_px[i]));
+    if (const auto it = residuals.find(feature.point); it != residuals.end())
+      for (int i = 0; i < 2; ++i)
+        differences.push_back(std::abs(feature.residual_px[i] - it->second[i]));
+  }
+  // Without common points both poses have their own error in the map.
+  const bool common = differences.size() >= 2 * kFewestPairs;
+  std::vector<double>& values = common ? differences : absolute;
+  double sigma = kSmallestSigmaPx;
+  if (!values.empty()) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    sigma = std::max(sigma, *middle / 0.6745 * (common ? 1 : std::sqrt(2)));
+  }
+  sigma *= options.covariance_scale;
+  const Matrix6d prior = Matrix6d::Identity() / (kUnknownSigma * kUnknownSigma);
+  return (hessian / (sigma * sigma) + prior).inverse();
+}
+
+}  // namespace diorama::vo
