@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kObjectHuber =
     4.1;                         // standard deviations; holds 99% of right ones (chi-square, 6 dof)
-constexpr double kDropPx = 2.5;  // observations farther off at the end are wrong
-constexpr double kFarOff = 1e3;  // px: a point behind the camera
+constexpr double kDropPx = 2.5;  // at the level; observations farther off at the end are wrong
+constexpr double kFarOff = 1e3;  // standard deviations: a point behind the camera
 constexpr double kLambdaFirst = 1e-4, kLambdaDown = 0.2, kLambdaUp = 20;
 constexpr double kLambdaMin = 1e-7, kLambdaMax = 10;
 constexpr double kSettled = 1e-3;  // relative decrease of the cost
@@ -50,6 +50,7 @@ class Problem {
   bool step(double lambda);
   void keep();
   void restore();
+  void keepCovariances();
   int dropOutliers();
   BundleReport report() const {
     return {static_cast<int>(window_.size()), static_cast<int>(points_.size()),
@@ -75,6 +76,7 @@ class Problem {
   void addObjects();
   void move(const Eigen::VectorXd& step);
   std::optional<Vector2d> residual(const Observation& o, const Vector3d& p_world) const;
+  double error(size_t observation, const Vector3d& p_world) const;
 
   const Camera& camera_;
   Map& map_;
@@ -82,7 +84,8 @@ class Problem {
   std::vector<Keyframe*> window_;  // those that move
   std::vector<PointBlock> points_;
   std::vector<Observation> observations_;
-  std::vector<Matrix63d> W_;  // one per observation
+  std::vector<Matrix2d> whiten_;  // one per observation: covariance^-1/2
+  std::vector<Matrix63d> W_;      // one per observation
   std::vector<Factor> factors_;
   std::vector<bool> object_used_ = std::vector<bool>(map_.objects.size(), false);
   std::vector<int> object_slot_ = std::vector<int>(map_.objects.size(), -1);
@@ -127,20 +130,27 @@ void Problem::choosePoints() {
       points_.push_back(block);
     }
   W_.resize(observations_.size());
+  for (const Observation& o : observations_)
+    whiten_.push_back(o.covariance_px2.llt().matrixL().solve(Matrix2d::Identity()));
 }
 
 std::optional<Vector2d> Problem::residual(const Observation& o, const Vector3d& p_world) const {
   const auto u = camera_.project(o.keyframe->T_world_camera.inverse() * p_world);
   if (!u) return std::nullopt;
-  return levelScale(o.level) * (o.u_px - *u);
+  return o.u_px - *u;
+}
+
+// In standard deviations.
+double Problem::error(size_t observation, const Vector3d& p_world) const {
+  const auto r = residual(observations_[observation], p_world);
+  return r ? (whiten_[observation] * *r).norm() : kFarOff;
 }
 
 double Problem::cost() const {
   double sum = 0;
   for (const PointBlock& block : points_)
     for (size_t k = block.begin; k < block.end; ++k) {
-      const auto r = residual(observations_[k], block.point->p_world);
-      sum += huberCost(r ? r->norm() : kFarOff, options_.bundle_huber_px);
+      sum += huberCost(error(k, block.point->p_world), options_.bundle_huber);
     }
   for (const Factor& f : factors_) {
     const ObjectResidual e = objectResidual(f.keyframe->T_world_camera,
@@ -161,14 +171,14 @@ void Problem::addPoint(PointBlock& block, double lambda) {
     const auto projected = camera_.projectWithJacobian(p_camera);
     W_[k].setZero();
     if (!projected) continue;
-    const double s = levelScale(o.level);
-    const Vector2d r = s * (o.u_px - projected->u_px);
-    const double w = huberWeight(r.norm(), options_.bundle_huber_px);
-    const Matrix23d J_point = s * projected->J * T.rotationMatrix().transpose();
+    const Vector2d r = whiten_[k] * (o.u_px - projected->u_px);
+    const double w = huberWeight(r.norm(), options_.bundle_huber);
+    const Matrix23d J_image = whiten_[k] * projected->J;
+    const Matrix23d J_point = J_image * T.rotationMatrix().transpose();
     V.noalias() += w * J_point.transpose() * J_point;
     block.g.noalias() += w * J_point.transpose() * r;
     if (o.keyframe->slot < 0) continue;
-    const Matrix26d J_pose = s * poseJacobian(projected->J, p_camera);
+    const Matrix26d J_pose = poseJacobian(J_image, p_camera);
     const int at = 6 * o.keyframe->slot;
     S_.block<6, 6>(at, at).noalias() += w * J_pose.transpose() * J_pose;
     b_.segment<6>(at).noalias() += w * J_pose.transpose() * r;
@@ -255,13 +265,18 @@ void Problem::restore() {
   for (const PointBlock& block : points_) block.point->p_world = block.kept;
 }
 
+// As the last step saw them, the keyframes taken as known.
+void Problem::keepCovariances() {
+  for (const PointBlock& block : points_) block.point->covariance = block.V_inverse;
+}
+
 int Problem::dropOutliers() {
   int dropped = 0;
   for (const PointBlock& block : points_) {
     MapPoint& point = *block.point;
     std::erase_if(point.observations, [&](const Observation& o) {
       const auto r = residual(o, point.p_world);
-      if (r && r->norm() <= kDropPx) return false;
+      if (r && r->norm() * levelScale(o.level) <= kDropPx) return false;
       std::erase_if(o.keyframe->features, [&](const Feature& f) { return f.point == &point; });
       ++dropped;
       return true;
@@ -295,6 +310,7 @@ BundleReport adjustBundle(const Camera& camera, Map& map, const BundleRequest& r
     if (settled) break;
   }
   report.cost_after = cost;
+  problem.keepCovariances();
   report.dropped = problem.dropOutliers();
   return report;
 }

@@ -18,8 +18,8 @@ struct BundleReport {
   double cost_before = 0, cost_after = 0;  // robust, half of the whitened squares
 };
 
-// Minimises  sum rho(|s (u - project(T_camera_world p))|^2) + sum rho(r^T information r)  with
-// r = Log(Z^-1 T_world_camera^-1 T_world_object), over T_world_camera of the window,
+// Minimises  sum rho(|covariance^-1/2 (u - project(T_camera_world p))|^2) + sum rho(r^T information
+// r)  with r = Log(Z^-1 T_world_camera^-1 T_world_object), over T_world_camera of the window,
 // T_world_object, p. Points are eliminated by the Schur complement. Older keyframes hold their
 // points with fixed poses. A step that is not finite or does not lower the cost is not taken.
 BundleReport adjustBundle(const Camera& camera, Map& map, const BundleRequest& request,

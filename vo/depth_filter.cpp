@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "vo/corners.h"
+#include "vo/reprojection.h"
 
 namespace diorama::vo {
 namespace {
@@ -94,8 +95,13 @@ bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, See
   if (seed.a / (seed.a + seed.b) < kWorstInlierShare) return false;
   if (std::sqrt(seed.variance) > options_.seed_converged * seed.mean) return true;
   Keyframe& host = *seed.corner.host;
-  map.addPoint(host, host.T_world_camera * Vector3d(seed.corner.bearing / seed.mean),
-               seed.corner.u_px, seed.corner.level);
+  MapPoint& point =
+      map.addPoint(host, host.T_world_camera * Vector3d(seed.corner.bearing / seed.mean),
+                   hostMeasurement(seed.corner.u_px, seed.corner.level, options_));
+  // p = bearing / rho, d p / d rho = -bearing / rho^2.
+  const Vector3d along = host.T_world_camera.rotation * seed.corner.bearing;
+  const double sigma = std::sqrt(seed.variance) / (seed.mean * seed.mean);
+  point.covariance = sigma * sigma * along * along.transpose();
   return false;
 }
 

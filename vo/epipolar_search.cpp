@@ -107,7 +107,7 @@ EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
   const auto begin = projectAt(0), end = projectAt(1), centre = projectAt(0.5);
   if (!begin || !end || !centre) return {};
   const double length = (*end - *begin).norm();
-  if (!(length <= options.max_epipolar_px)) return {};
+  if (!(length > 1e-6 && length <= options.max_epipolar_px)) return {};
 
   const Image<uint8_t>& image = frame.pyramid->level(patch->level);
   const double largest_rms = largestPatchRms(frame.noise, options);
@@ -124,10 +124,14 @@ EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
   if (!found || found->rms > largest_rms) return {EpipolarOutcome::kNoMatch, {}};
   const auto bearing = camera.unproject(fromLevel(found->u_level, patch->level));
   const auto point = bearing ? triangulate(T_frame_host, corner.bearing, *bearing) : std::nullopt;
-  const double focal = 0.5 * (camera.fx() + camera.fy()) * levelScale(patch->level);
-  if (!point || point->error * focal > kOffLinePx) return {EpipolarOutcome::kNoMatch, {}};
-  return {EpipolarOutcome::kFound,
-          {point->inverse_depth, options.seed_sigma_px / focal * point->sensitivity}};
+  const double focal = 0.5 * (camera.fx() + camera.fy());
+  if (!point || point->error * focal * levelScale(patch->level) > kOffLinePx)
+    return {EpipolarOutcome::kNoMatch, {}};
+  // An edge along the line says nothing of the depth.
+  const Vector2d along = (*end - *begin).normalized();
+  const Measured measured = measuredBy(*found, patch->level, options);
+  const double sigma_px = std::sqrt(along.dot(measured.covariance_px2 * along));
+  return {EpipolarOutcome::kFound, {point->inverse_depth, sigma_px / focal * point->sensitivity}};
 }
 
 }  // namespace diorama::vo

@@ -18,7 +18,7 @@ struct Corner3d {
 
 struct InverseDepth {
   double value = 0;  // 1 / z in the host, 1/m
-  double sigma = 0;  // from sigma_px of the match
+  double sigma = 0;  // from how well the match is located
 };
 
 enum class EpipolarOutcome { kFound, kNotVisible, kNoMatch };

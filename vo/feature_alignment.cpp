@@ -68,8 +68,9 @@ std::optional<AlignedPatch> alignFeature(const Image<uint8_t>& image, const Patc
     if ((u - start).norm() > max_shift) return std::nullopt;
     if (d.head<2>().norm() < kSettled) {
       if (gain < kMinGain || gain > kMaxGain) return std::nullopt;
-      return AlignedPatch{u, std::sqrt(static_cast<double>(squares) / kArea),
-                          static_cast<double>(gain)};
+      const float variance = squares / kArea;
+      return AlignedPatch{u, std::sqrt(static_cast<double>(variance)), static_cast<double>(gain),
+                          (variance * t.inverse_hessian.topLeftCorner<2, 2>()).cast<double>()};
     }
   }
   return std::nullopt;

@@ -12,6 +12,8 @@ struct AlignedPatch {
   Vector2d u_level;  // where the patch's centre is, in pixels of the level
   double rms = 0;    // of the grey values that remain different
   double gain = 1;
+  // Of u_level, px^2: from the patch's gradients and the rms; large along an edge.
+  Matrix2d covariance = Matrix2d::Identity();
 };
 
 // From `start` (pixels of the level). Nothing when it moves farther than max_shift, leaves the

@@ -41,7 +41,7 @@ void Initialisation::begin(const TrackedFrame& frame, std::span<const ObjectMeas
        detectCorners(*frame.pyramid, frame.noise, grid, occupied, kCorners, options_)) {
     const auto bearing = camera_.unproject(corner.u_px);
     if (!bearing) continue;
-    FollowedCorner followed{corner.u_px, corner.u_px, *bearing, corner.level, {}};
+    FollowedCorner followed{corner.u_px, corner.u_px, *bearing, corner.level, {}, {}};
     for (int l = corner.level; l <= std::min(kCoarsest, frame.pyramid->levels() - 1); ++l)
       if (const auto patch = cutPatch(*frame.pyramid, corner.u_px, l))
         followed.patches.push_back(*patch);
@@ -55,7 +55,8 @@ bool Initialisation::followCorner(const ImagePyramid& pyramid, FollowedCorner& c
     const Patch& patch = corner.patches[i];
     const auto found = alignFeature(pyramid.level(patch.level), patch,
                                     toLevel(corner.u_px, patch.level), kReachPx, true);
-    if (found) corner.u_px = fromLevel(found->u_level, patch.level);
+    if (found) corner.measured = measuredBy(*found, patch.level, options_);
+    if (found) corner.u_px = corner.measured.u_px;
     if (i == 0) return found && found->rms <= 2 * largestPatchRms(first_.noise, options_);
   }
   return false;
@@ -163,10 +164,10 @@ void Initialisation::fillMap(const TrackedFrame& frame, const SE3& T_first_secon
     const auto point =
         bearing ? triangulate(T_second_first, c.bearing_first, *bearing) : std::nullopt;
     if (!point || point->error * focal > kRayGapPx) continue;
-    MapPoint& added =
-        map.addPoint(a, c.bearing_first / point->inverse_depth, c.u_first_px, c.level);
-    added.observations.push_back({&b, c.u_px, c.level});
-    b.features.push_back({&added, c.u_px, c.level});
+    MapPoint& added = map.addPoint(a, c.bearing_first / point->inverse_depth,
+                                   hostMeasurement(c.u_first_px, c.level, options_));
+    added.observations.push_back({c.measured, &b});
+    b.features.push_back({c.measured, &added});
   }
 }
 
@@ -204,8 +205,7 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
   // Measured again by patches warped with the better poses.
   for (const auto& point : map.points) point->observations.resize(1);
   reprojectMap(camera_, map, b, options_);
-  for (const Feature& feature : b.features)
-    feature.point->observations.push_back({&b, feature.u_px, feature.level});
+  for (const Feature& feature : b.features) feature.point->observations.push_back({feature, &b});
   adjustBundle(camera_, map, {2, kIterations}, options_);
   map.removeBadPoints();
   attempt.points = static_cast<int>(b.features.size());
@@ -213,6 +213,7 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
   if (attempt.metric && scaleSigma(map) > kWorstScale)
     return fail("the objects do not tell the baseline well enough");
   attempt.started = true;
+  b.tracked = b.features.size();
   attempt.reason =
       attempt.metric ? "scale from " + source : "no object was seen twice: scale unknown";
   return attempt;

@@ -18,6 +18,7 @@ struct FollowedCorner {
   Vector2d u_first_px, u_px;
   Vector3d bearing_first;  // z = 1
   int level = 0;
+  Measured measured;           // u_px as a measurement
   std::vector<Patch> patches;  // one per level from the corner's own upwards
 };
 

@@ -28,7 +28,7 @@ bool needsKeyframe(const Map& map, const TrackedFrame& frame, const VoOptions& o
   const Keyframe& last = *map.keyframes.back();
   const double moved = (last.T_world_camera.translation - frame.T_world_camera.translation).norm();
   return static_cast<double>(frame.features.size()) <
-             options.keyframe_min_share * options.max_features * 0.6 &&
+             options.keyframe_min_share * static_cast<double>(last.tracked) &&
          moved > kLeastDistance * depth;
 }
 

@@ -8,17 +8,18 @@ Keyframe& Map::addKeyframe(const TrackedFrame& frame) {
   auto keyframe = std::make_unique<Keyframe>();
   static_cast<TrackedFrame&>(*keyframe) = frame;
   keyframe->id = next_id_++;
+  keyframe->tracked = frame.features.size();
   for (const Feature& feature : keyframe->features)
-    feature.point->observations.push_back({keyframe.get(), feature.u_px, feature.level});
+    feature.point->observations.push_back({feature, keyframe.get()});
   keyframes.push_back(std::move(keyframe));
   return *keyframes.back();
 }
 
-MapPoint& Map::addPoint(Keyframe& host, const Vector3d& p_world, const Vector2d& u_px, int level) {
+MapPoint& Map::addPoint(Keyframe& host, const Vector3d& p_world, const Measured& seen) {
   auto point = std::make_unique<MapPoint>();
   point->p_world = p_world;
-  point->observations.push_back({&host, u_px, level});
-  host.features.push_back({point.get(), u_px, level});
+  point->observations.push_back({seen, &host});
+  host.features.push_back({seen, point.get()});
   points.push_back(std::move(point));
   return *points.back();
 }

@@ -15,15 +15,22 @@ namespace diorama::vo {
 
 struct Keyframe;
 
-// Where a keyframe saw a point.
-struct Observation {
-  Keyframe* keyframe = nullptr;
-  Vector2d u_px;
+// Where something was seen in an image.
+struct Measured {
+  Vector2d u_px = Vector2d::Zero();
   int level = 0;  // of the pyramid, where it was measured
+  Matrix2d covariance_px2 = Matrix2d::Identity();
+};
+
+// Where a keyframe saw a point.
+struct Observation : Measured {
+  Keyframe* keyframe = nullptr;
 };
 
 struct MapPoint {
   Vector3d p_world;
+  // Of p_world, m^2: how well its keyframes see where it is.
+  Matrix3d covariance = Matrix3d::Zero();
   std::vector<Observation> observations;  // the first is the host: its patch is the reference
   int agreed = 0;                         // frames in which it agreed with the pose
   int failed = 0;                         // frames in a row in which it did not
@@ -32,12 +39,9 @@ struct MapPoint {
 };
 
 // A point found in an image.
-struct Feature {
+struct Feature : Measured {
   MapPoint* point = nullptr;
-  Vector2d u_px;
-  int level = 0;
-  Vector2d residual_px =
-      Vector2d::Zero();  // measured - projected, px at the level; set by pose refinement
+  Vector2d residual = Vector2d::Zero();  // whitened by covariance_px2; set by pose refinement
 };
 
 struct TrackedFrame {
@@ -56,7 +60,8 @@ struct ObjectObservation {
 };
 
 struct Keyframe : TrackedFrame {
-  int id = 0;  // counts from 0, never used again
+  int id = 0;          // counts from 0, never used again
+  size_t tracked = 0;  // features when it was made
   std::vector<ObjectObservation> objects;
   int slot = -1;  // bundle adjustment's own
 };
@@ -78,7 +83,7 @@ class Map {
 
   Keyframe& addKeyframe(const TrackedFrame& frame);  // its features become observations
   // A point seen by its host; a feature of the host from now on.
-  MapPoint& addPoint(Keyframe& host, const Vector3d& p_world, const Vector2d& u_px, int level);
+  MapPoint& addPoint(Keyframe& host, const Vector3d& p_world, const Measured& seen);
   // Removes the keyframe and what it saw; points that nobody else saw become bad.
   void removeKeyframe(Keyframe& keyframe);
   // Frees bad points; afterwards nobody but the keyframes may have known them.

@@ -123,6 +123,17 @@ Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame) {
   frame.T_world_camera = last_.T_world_camera * T_last_now;
   const ReprojectionResult reprojected = reprojectMap(camera_, map_, frame, options_);
   const PoseRefinement refined = refinePose(camera_, frame, options_);
+    int common = 0;
+    for (auto& f : frame.features)
+      for (auto& g : last_.features) common += f.point == g.point;
+    fprintf(stderr,
+            "DBG t %.3f tried %d matched %d agreed %d rms %.3f common %d kfs %zu pts %zu seeds %zu "
+            "noise %.2f sia %d %.1f\n",
+            1e-9 * (double)frame.timestamp_ns, reprojected.tried, reprojected.matched,
+            refined.agreed, refined.rms_px, common, map_.keyframes.size(), map_.points.size(),
+            depth_filter_.seeds().size(), frame.noise, aligned ? aligned->patches : -1,
+            aligned ? aligned->rms : 0.0);
+  }
   return quality_.assess(frame, reprojected, refined);
 }
 

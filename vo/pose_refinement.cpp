@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace diorama::vo {
 namespace {
@@ -10,7 +11,8 @@ namespace {
 constexpr int kFewest = 6;      // features: below it the pose is not held with any certainty
 constexpr int kHuberSteps = 3;  // Huber first, since Tukey forgets what is far off
 constexpr double kHuber = 1.5, kTukey = 4.685;  // of the scale; Tukey: 95% efficiency
-constexpr double kSmallestScale = 0.15;         // px
+constexpr double kSmallestScale = 0.5;          // standard deviations
+constexpr double kOutlier = 6;                  // of the scale: beyond Tukey's end
 constexpr double kMedianToSigma = 0.85;  // median of a 2-vector of normal errors is 1.18 sigma
 constexpr double kSettled = 1e-7;
 
@@ -20,10 +22,31 @@ double weightOf(double error, double scale, bool huber) {
   return x < 1 ? (1 - x * x) * (1 - x * x) : 0;
 }
 
+// Residual and Jacobian of a feature, whitened by what is not known about its pixel and its point.
+struct Term {
+  Vector2d residual_px, r;
+  Matrix26d J;
+};
+
+std::optional<Term> termOf(const Camera& camera, const Feature& feature, const Matrix3d& R,
+                           const Vector3d& t) {
+  const Vector3d p_camera = R * feature.point->p_world + t;
+  const auto projected = camera.projectWithJacobian(p_camera);
+  if (!projected) return std::nullopt;
+  const Matrix23d J_point = projected->J * R;
+  const Eigen::LLT<Matrix2d> L(feature.covariance_px2 +
+                               J_point * feature.point->covariance * J_point.transpose());
+  Term term;
+  term.residual_px = feature.u_px - projected->u_px;
+  term.r = L.matrixL().solve(term.residual_px);
+  term.J = L.matrixL().solve(poseJacobian(projected->J, p_camera));
+  return term;
+}
+
 struct Linearised {
   Matrix6d H = Matrix6d::Zero();
   Vector6d g = Vector6d::Zero();
-  std::vector<double> errors;  // px at the level, one per feature that projects
+  std::vector<double> errors;  // standard deviations, one per feature that projects
 };
 
 Linearised linearise(const Camera& camera, const TrackedFrame& frame, double scale, bool huber) {
@@ -32,15 +55,11 @@ Linearised linearise(const Camera& camera, const TrackedFrame& frame, double sca
   const SE3 T_camera_world = frame.T_world_camera.inverse();
   const Matrix3d R = T_camera_world.rotationMatrix();
   for (const Feature& feature : frame.features) {
-    const Vector3d p_camera = R * feature.point->p_world + T_camera_world.translation;
-    const auto projected = camera.projectWithJacobian(p_camera);
-    if (!projected) continue;
-    const double s = levelScale(feature.level);
-    const Vector2d r = s * (feature.u_px - projected->u_px);
-    const Matrix26d J = s * poseJacobian(projected->J, p_camera);
-    const double error = r.norm(), w = weightOf(error, scale, huber);
-    sum.H.noalias() += w * J.transpose() * J;
-    sum.g.noalias() += w * J.transpose() * r;
+    const auto term = termOf(camera, feature, R, T_camera_world.translation);
+    if (!term) continue;
+    const double error = term->r.norm(), w = weightOf(error, scale, huber);
+    sum.H.noalias() += w * term->J.transpose() * term->J;
+    sum.g.noalias() += w * term->J.transpose() * term->r;
     sum.errors.push_back(error);
   }
   return sum;
@@ -53,23 +72,21 @@ double scaleOf(std::vector<double> errors) {
 }
 
 // Keeps the features that agree, and counts for each point whether it did.
-void dropOutliers(const Camera& camera, TrackedFrame& frame, double limit_px,
+void dropOutliers(const Camera& camera, TrackedFrame& frame, double limit, const VoOptions& options,
                   PoseRefinement& result) {
   const SE3 T_camera_world = frame.T_world_camera.inverse();
+  const Matrix3d R = T_camera_world.rotationMatrix();
   double squares = 0;
   std::erase_if(frame.features, [&](Feature& feature) {
-    const Vector3d p_camera = T_camera_world * feature.point->p_world;
-    const auto projected = camera.projectWithJacobian(p_camera);
-    const double s = levelScale(feature.level);
-    if (projected) feature.residual_px = s * (feature.u_px - projected->u_px);
-    const double error = projected ? feature.residual_px.norm() : 1e9;
-    if (error > limit_px) {
+    const auto term = termOf(camera, feature, R, T_camera_world.translation);
+    const double error_px = term ? term->residual_px.norm() * levelScale(feature.level) : 1e9;
+    if (error_px > options.outlier_px || term->r.norm() > limit) {
       ++feature.point->failed;
       return true;
     }
-    const Matrix26d J = s * poseJacobian(projected->J, p_camera);
-    result.hessian.noalias() += J.transpose() * J;
-    squares += error * error;
+    result.hessian.noalias() += term->J.transpose() * term->J;
+    feature.residual = feature.covariance_px2.llt().matrixL().solve(term->residual_px);
+    squares += error_px * error_px;
     ++feature.point->agreed;
     feature.point->failed = 0;
     return false;
@@ -94,7 +111,7 @@ PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOpt
     if (step.norm() < kSettled && i > kHuberSteps) break;
   }
   result.converged = true;
-  dropOutliers(camera, frame, std::clamp(5 * scale, 1.0, options.outlier_px), result);
+  dropOutliers(camera, frame, kOutlier * scale, options, result);
   return result;
 }
 

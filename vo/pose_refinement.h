@@ -10,7 +10,7 @@ struct PoseRefinement {
   bool converged = false;               // there was a pose to find
   int agreed = 0;                       // features left in the frame
   double rms_px = 0;                    // of their errors, at their level
-  Matrix6d hessian = Matrix6d::Zero();  // for errors of 1 px per coordinate, right tangent
+  Matrix6d hessian = Matrix6d::Zero();  // of whitened errors, right tangent
 };
 
 // Changes frame.T_world_camera and drops the features that do not agree with it.

@@ -65,7 +65,7 @@ std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
                                   toLevel(candidate.u_px, patch->level), options.match_radius_px,
                                   options.match_gain);
   if (!found || found->rms > largestPatchRms(frame.noise, options)) return std::nullopt;
-  return Feature{candidate.point, fromLevel(found->u_level, patch->level), patch->level};
+  return Feature{measuredBy(*found, patch->level, options), candidate.point};
 }
 
 void noteFailure(MapPoint& point) {
@@ -73,6 +73,17 @@ void noteFailure(MapPoint& point) {
 }
 
 }  // namespace
+
+Measured measuredBy(const AlignedPatch& aligned, int level, const VoOptions& options) {
+  const double floor = options.feature_sigma_px * options.feature_sigma_px;
+  return {fromLevel(aligned.u_level, level), level,
+          (aligned.covariance + floor * Matrix2d::Identity()) * (1 << (2 * level))};
+}
+
+Measured hostMeasurement(const Vector2d& u_px, int level, const VoOptions& options) {
+  const double floor = options.feature_sigma_px * options.feature_sigma_px;
+  return {u_px, level, floor * Matrix2d::Identity() * (1 << (2 * level))};
+}
 
 const Observation* chooseReference(const MapPoint& point, const Vector3d& camera_world,
                                    const VoOptions& options) {

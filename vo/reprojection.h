@@ -3,6 +3,7 @@
 #pragma once
 
 #include "vo/corners.h"
+#include "vo/feature_alignment.h"
 #include "vo/map.h"
 #include "vo/vo_options.h"
 
@@ -23,6 +24,12 @@ ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFra
 // max_view_angle_rad.
 const Observation* chooseReference(const MapPoint& point, const Vector3d& camera_world,
                                    const VoOptions& options);
+
+// An aligned patch as a measurement in pixels of the image.
+Measured measuredBy(const AlignedPatch& aligned, int level, const VoOptions& options);
+
+// What a host says of its own corner: the patch is there by definition.
+Measured hostMeasurement(const Vector2d& u_px, int level, const VoOptions& options);
 
 // Grey levels by which a patch may differ from the image.
 inline double largestPatchRms(double noise, const VoOptions& options) {

@@ -14,7 +14,7 @@ constexpr double kMemory = 0.1;          // weight of a new frame in the running
 constexpr double kRecoveryShare = 0.25;  // of the cells must agree after a loss: chance brings less
 constexpr int kRecoveryFactor = 2;       // times the smallest number of features
 constexpr int kFewestPairs = 8;          // points in both frames, for a scale of their own
-constexpr double kSmallestSigmaPx = 0.02;
+constexpr double kSmallestSigma = 0.2;
 constexpr double kUnknownSigma = 1;  // m, rad: of directions that nothing holds
 
 double healthOf(const ReprojectionResult& reprojected, const PoseRefinement& refined) {
@@ -53,18 +53,18 @@ Assessment TrackingQuality::assessRecovery(const ReprojectionResult& reprojected
 Matrix6d stepCovariance(const TrackedFrame& before, const TrackedFrame& now,
                         const Matrix6d& hessian, const VoOptions& options) {
   std::unordered_map<const MapPoint*, Vector2d> residuals;
-  for (const Feature& feature : before.features) residuals[feature.point] = feature.residual_px;
+  for (const Feature& feature : before.features) residuals[feature.point] = feature.residual;
   std::vector<double> differences, absolute;
   for (const Feature& feature : now.features) {
-    for (int i = 0; i < 2; ++i) absolute.push_back(std::abs(feature.residual_px[i]));
+    for (int i = 0; i < 2; ++i) absolute.push_back(std::abs(feature.residual[i]));
     if (const auto it = residuals.find(feature.point); it != residuals.end())
       for (int i = 0; i < 2; ++i)
-        differences.push_back(std::abs(feature.residual_px[i] - it->second[i]));
+        differences.push_back(std::abs(feature.residual[i] - it->second[i]));
   }
   // Without common points both poses have their own error in the map.
   const bool common = differences.size() >= 2 * kFewestPairs;
   std::vector<double>& values = common ? differences : absolute;
-  double sigma = kSmallestSigmaPx;
+  double sigma = kSmallestSigma;
   if (!values.empty()) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());

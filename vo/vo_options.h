@@ -40,6 +40,8 @@ struct VoOptions {
   double patch_rms_floor = 6;         // grey levels; a patch may differ by this ...
   double patch_rms_noise = 3.5;       // ... and so many times the noise of the image
 
+  double feature_sigma_px = 0.1;  // beside what noise explains: errors of warp and interpolation
+
   // Pose refinement.
   int refine_iterations = 10;   // (SVO)
   double outlier_px = 2;        // (SVO) at the level of the feature
@@ -50,21 +52,21 @@ struct VoOptions {
   // Keyframes.
   double keyframe_distance = 0.12;  // of the median depth, from every keyframe that looks alike
   double keyframe_distance_m = 0;   // in metres instead, when above 0 (paper 0.05)
-  double keyframe_min_share = 0.5;  // of the features of the last keyframe; fewer: a new one
+  double keyframe_min_share = 0.7;  // of the features of the last keyframe; fewer: a new one
   int max_keyframes = 100;          // (paper) then the farthest goes
 
   // Depth filter.
   int max_seeds = 200;
   int max_seed_searches = 120;   // epipolar searches per frame: bounds the time
   double seed_converged = 0.02;  // sigma over inverse depth (SVO: z_range / 200)
-  double seed_sigma_px = 0.5;    // of an epipolar match, at its level (SVO 1)
+
   int max_seed_age = 120;        // frames
   double max_epipolar_px = 140;  // longest search, at its level
 
   // Local bundle adjustment.
   int bundle_window = 8;  // newest keyframes; 0: none (SVO)
   int bundle_iterations = 6;
-  double bundle_huber_px = 1;
+  double bundle_huber = 2;            // standard deviations
   int bundle_fixed_observations = 6;  // older ones per point, from keyframes that stay
 
   // Metric scale from objects.
@@ -98,6 +100,7 @@ struct VoOptions {
     v("max_view_angle_rad", max_view_angle_rad, Range{0, 1.6});
     v("patch_rms_floor", patch_rms_floor, kPositive);
     v("patch_rms_noise", patch_rms_noise, kNotNegative);
+    v("feature_sigma_px", feature_sigma_px, kPositive);
     v("refine_iterations", refine_iterations, Range{1, 1000});
     v("outlier_px", outlier_px, kPositive);
     v("lost_agreement", lost_agreement, kFraction);
@@ -110,12 +113,12 @@ struct VoOptions {
     v("max_seeds", max_seeds, Range{0, 100000});
     v("max_seed_searches", max_seed_searches, Range{1, 100000});
     v("seed_converged", seed_converged, kPositive);
-    v("seed_sigma_px", seed_sigma_px, kPositive);
+
     v("max_seed_age", max_seed_age, Range{1, 100000});
     v("max_epipolar_px", max_epipolar_px, kPositive);
     v("bundle_window", bundle_window, Range{0, 1000});
     v("bundle_iterations", bundle_iterations, Range{1, 1000});
-    v("bundle_huber_px", bundle_huber_px, kPositive);
+    v("bundle_huber", bundle_huber, kPositive);
     v("bundle_fixed_observations", bundle_fixed_observations, Range{0, 1000});
     v("scale_sigma", scale_sigma, kPositive);
     v("scale_time_s", scale_time_s, kNotNegative);
