@@ -33,15 +33,9 @@ class Problem {
  public:
   Problem(const Camera& camera, Map& map, const BundleRequest& request, const VoOptions& options)
       : camera_(camera), map_(map), options_(options) {
-    chooseKeyframes(request.window);
+    chooseKeyframes(request.window, request.metric);
     choosePoints();
-    for (const auto& keyframe : map.keyframes)
-      for (const ObjectObservation& o : keyframe->objects) {
-        factors_.push_back({keyframe.get(), &o});
-        object_used_[o.object] = true;
-      }
-    for (size_t i = 0; i < map.objects.size(); ++i)
-      if (object_used_[i]) object_slot_[i] = slots_++;
+    if (request.metric) chooseObjects();
   }
 
   bool empty() const { return slots_ == 0 || points_.empty(); }
@@ -69,8 +63,9 @@ class Problem {
     const ObjectObservation* observation;
   };
 
-  void chooseKeyframes(int window);
+  void chooseKeyframes(int window, bool metric);
   void choosePoints();
+  void chooseObjects();
   void addPoint(PointBlock& block, double lambda);
   void eliminatePoint(const PointBlock& block);
   void addObjects();
@@ -87,7 +82,7 @@ class Problem {
   std::vector<Matrix2d> whiten_;  // one per observation: covariance^-1/2
   std::vector<Matrix63d> W_;      // one per observation
   std::vector<Factor> factors_;
-  std::vector<bool> object_used_ = std::vector<bool>(map_.objects.size(), false);
+
   std::vector<int> object_slot_ = std::vector<int>(map_.objects.size(), -1);
   int slots_ = 0;
   Eigen::MatrixXd S_;  // upper triangle by blocks
@@ -97,11 +92,9 @@ class Problem {
 
 // The first keyframe is the gauge. Without any object's word the scale is a gauge, too, that the
 // second keyframe holds until both have left the window.
-void Problem::chooseKeyframes(int window) {
+void Problem::chooseKeyframes(int window, bool metric) {
   const size_t n = map_.keyframes.size();
   const size_t first = n > static_cast<size_t>(window) ? n - static_cast<size_t>(window) : 0;
-  const bool metric = std::any_of(map_.keyframes.begin(), map_.keyframes.end(),
-                                  [](const auto& k) { return !k->objects.empty(); });
   const size_t fixed = metric ? 1 : 2;
   for (size_t i = 0; i < n; ++i) {
     Keyframe& keyframe = *map_.keyframes[i];
@@ -132,6 +125,14 @@ void Problem::choosePoints() {
   W_.resize(observations_.size());
   for (const Observation& o : observations_)
     whiten_.push_back(o.covariance_px2.llt().matrixL().solve(Matrix2d::Identity()));
+}
+
+void Problem::chooseObjects() {
+  for (const auto& keyframe : map_.keyframes)
+    for (const ObjectObservation& o : keyframe->objects) {
+      factors_.push_back({keyframe.get(), &o});
+      if (object_slot_[o.object] < 0) object_slot_[o.object] = slots_++;
+    }
 }
 
 std::optional<Vector2d> Problem::residual(const Observation& o, const Vector3d& p_world) const {

@@ -10,6 +10,8 @@ namespace diorama::vo {
 struct BundleRequest {
   int window = 8;      // newest keyframes that move; the map's first one never does
   int iterations = 6;  // Levenberg-Marquardt steps
+  bool metric =
+      true;  // objects count; else the map's scale is arbitrary, and held by its second keyframe
 };
 
 struct BundleReport {

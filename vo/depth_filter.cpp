@@ -125,6 +125,14 @@ void DepthFilter::update(const Camera& camera, const TrackedFrame& frame, Map& m
   seeds_.resize(kept);
 }
 
+void DepthFilter::stretch(double factor) {
+  for (Seed& seed : seeds_) {
+    seed.mean /= factor;
+    seed.variance /= factor * factor;
+    seed.range /= factor;
+  }
+}
+
 void DepthFilter::removeHost(const Keyframe& host) {
   std::erase_if(seeds_, [&](const Seed& seed) { return seed.corner.host == &host; });
 }

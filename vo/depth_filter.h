@@ -30,7 +30,7 @@ class DepthFilter {
   void update(const Camera& camera, const TrackedFrame& frame, Map& map);
 
   void removeHost(const Keyframe& host);
-  void clear() { seeds_.clear(); }
+  void stretch(double factor);  // all depths
   const std::vector<Seed>& seeds() const { return seeds_; }
 
  private:

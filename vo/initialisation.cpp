@@ -62,6 +62,10 @@ bool Initialisation::followCorner(const ImagePyramid& pyramid, FollowedCorner& c
   return false;
 }
 
+bool Initialisation::sawObject() const {
+  return std::any_of(objects_.begin(), objects_.end(), isUsable);
+}
+
 void Initialisation::follow(const TrackedFrame& frame) {
   ++frames_;
   std::erase_if(corners_, [&](FollowedCorner& c) { return !followCorner(*frame.pyramid, c); });
@@ -95,27 +99,42 @@ int Initialisation::countPoints(const SE3& T_first_second) const {
   return count;
 }
 
-// Of the objects seen in both frames, the one under whose motion most corners make sense; the
-// bundle adjustment then weighs them all.
-std::optional<SE3> Initialisation::motionFromObjects(std::span<const ObjectMeasurement> objects,
-                                                     std::string& source) const {
-  std::optional<SE3> best;
-  int most = -1;
+// Each object seen in both frames tells a motion by itself, and the length of the one that the
+// corners tell; taken is the motion under which most corners make sense.
+std::optional<SE3> Initialisation::metricMotion(std::span<const ObjectMeasurement> objects,
+                                                const std::optional<SE3>& from_corners,
+                                                std::string& source) const {
+  std::vector<SE3> motions;
+  double length = 0, weights = 0;
   for (const ObjectMeasurement& now : objects)
     for (const ObjectMeasurement& then : objects_) {
       if (now.object != then.object || !isUsable(now) || !isUsable(then)) continue;
-      const SE3 T_first_second = then.T_camera_object * now.T_camera_object.inverse();
-      if (const int count = countPoints(T_first_second); count > most) {
-        most = count;
-        best = T_first_second;
-        source = now.object;
-      }
+      source += (source.empty() ? "" : ", ") + now.object;
+      motions.push_back(then.T_camera_object * now.T_camera_object.inverse());
+      if (!from_corners) continue;
+      const double weight =
+          1 /
+          (then.covariance.topLeftCorner<3, 3>() + now.covariance.topLeftCorner<3, 3>()).trace();
+      length += weight * pathOfObject(*from_corners, then.T_camera_object, now.T_camera_object)
+                             .dot(from_corners->translation.normalized());
+      weights += weight;
+    }
+  if (length > 0) {
+    const Vector3d t = from_corners->translation.normalized() * (length / weights);
+    motions.push_back({from_corners->rotation, t});
+  }
+  std::optional<SE3> best;
+  int most = -1;
+  for (const SE3& motion : motions)
+    if (const int count = countPoints(motion); count > most) {
+      most = count;
+      best = motion;
     }
   return best;
 }
 
 // Five points in RANSAC (Nister 2004); the length of the baseline is arbitrary.
-std::optional<SE3> Initialisation::motionFromCorners(uint32_t) const {
+std::optional<SE3> Initialisation::motionFromCorners() const {
   std::vector<cv::Point2d> first, second;
   for (const FollowedCorner& c : corners_) {
     const auto bearing = camera_.unproject(c.u_px);
@@ -172,16 +191,19 @@ void Initialisation::fillMap(const TrackedFrame& frame, const SE3& T_first_secon
 }
 
 StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
-                                      std::span<const ObjectMeasurement> objects, Map& map) const {
+                                      std::span<const ObjectMeasurement> objects,
+                                      bool without_scale, Map& map) const {
   StartAttempt attempt;
   if (!hopeless().empty() || frames_ == 0) return attempt;
   if (medianDisparity() < options_.start_disparity_px) return attempt;
   std::string source;
-  std::optional<SE3> motion = motionFromObjects(objects, source);
+  const std::optional<SE3> from_corners = motionFromCorners();
+  std::optional<SE3> motion = metricMotion(objects, from_corners, source);
   attempt.metric = motion.has_value();
-  if (!motion) motion = motionFromCorners(static_cast<uint32_t>(frames_));
+  if (!motion && without_scale) motion = from_corners;
   if (!motion) {
-    attempt.reason = "no motion explains the corners";
+    attempt.reason =
+        without_scale ? "no motion explains the corners" : "no object was seen in both keyframes";
     return attempt;
   }
   fillMap(frame, *motion, map);
@@ -200,13 +222,13 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
   if (!attempt.metric) normaliseDepth(map);
 
   constexpr int kIterations = 20;
-  adjustBundle(camera_, map, {2, kIterations}, options_);
+  adjustBundle(camera_, map, {2, kIterations, attempt.metric}, options_);
   map.removeBadPoints();
   // Measured again by patches warped with the better poses.
   for (const auto& point : map.points) point->observations.resize(1);
   reprojectMap(camera_, map, b, options_);
   for (const Feature& feature : b.features) feature.point->observations.push_back({feature, &b});
-  adjustBundle(camera_, map, {2, kIterations}, options_);
+  adjustBundle(camera_, map, {2, kIterations, attempt.metric}, options_);
   map.removeBadPoints();
   attempt.points = static_cast<int>(b.features.size());
   if (attempt.points < options_.start_min_points) return fail("too few points are seen twice");
@@ -214,8 +236,8 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
     return fail("the objects do not tell the baseline well enough");
   attempt.started = true;
   b.tracked = b.features.size();
-  attempt.reason =
-      attempt.metric ? "scale from " + source : "no object was seen twice: scale unknown";
+  attempt.reason = attempt.metric ? "scale from " + source
+                                  : "scale unknown: no object was seen in both keyframes";
   return attempt;
 }
 

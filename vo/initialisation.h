@@ -37,11 +37,13 @@ class Initialisation {
   // Takes this frame as the first keyframe.
   void begin(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
   bool begun() const { return first_.pyramid != nullptr; }
+  bool sawObject() const;  // in the first keyframe
   // Finds the corners in the next frame.
   void follow(const TrackedFrame& frame);
   // With enough parallax: fills the map with two keyframes and the points that both see.
+  // Without an object in both keyframes only if the scale may remain unknown.
   StartAttempt tryStart(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects,
-                        Map& map) const;
+                        bool without_scale, Map& map) const;
   // Why this first keyframe leads nowhere; empty while there is hope.
   std::string hopeless() const;
   void clear() { first_ = {}; }
@@ -50,9 +52,10 @@ class Initialisation {
   bool followCorner(const ImagePyramid& pyramid, FollowedCorner& corner) const;
   double medianDisparity() const;
   int countPoints(const SE3& T_first_second) const;
-  std::optional<SE3> motionFromObjects(std::span<const ObjectMeasurement> objects,
-                                       std::string& source) const;
-  std::optional<SE3> motionFromCorners(uint32_t frame) const;
+  std::optional<SE3> motionFromCorners() const;
+  std::optional<SE3> metricMotion(std::span<const ObjectMeasurement> objects,
+                                  const std::optional<SE3>& from_corners,
+                                  std::string& source) const;
   void fillMap(const TrackedFrame& frame, const SE3& T_first_second, Map& map) const;
 
   const Camera& camera_;

@@ -39,6 +39,15 @@ void Map::removeBadPoints() {
   std::erase_if(points, [](const auto& p) { return p->bad; });
 }
 
+void Map::stretch(const Vector3d& centre, double factor) {
+  const auto move = [&](Vector3d& p) { p = centre + factor * (p - centre); };
+  for (const auto& point : points) {
+    move(point->p_world);
+    point->covariance *= factor * factor;
+  }
+  for (const auto& keyframe : keyframes) move(keyframe->T_world_camera.translation);
+}
+
 size_t Map::objectIndex(const std::string& name) {
   for (size_t i = 0; i < objects.size(); ++i)
     if (objects[i].name == name) return i;

@@ -88,7 +88,8 @@ class Map {
   void removeKeyframe(Keyframe& keyframe);
   // Frees bad points; afterwards nobody but the keyframes may have known them.
   void removeBadPoints();
-  size_t objectIndex(const std::string& name);  // added when it is new
+  void stretch(const Vector3d& centre, double factor);  // all lengths, about a point
+  size_t objectIndex(const std::string& name);          // added when it is new
   void clear();
 
  private:

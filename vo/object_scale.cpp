@@ -30,6 +30,41 @@ int attachObjects(Map& map, Keyframe& keyframe, std::span<const ObjectMeasuremen
   return added;
 }
 
+void placeObject(Map& map, size_t object) {
+  for (const auto& keyframe : map.keyframes)
+    for (const ObjectObservation& o : keyframe->objects)
+      if (o.object == object)
+        map.objects[object].T_world_object = keyframe->T_world_camera * o.T_camera_object;
+}
+
+Vector3d pathOfObject(const SE3& T_a_b, const SE3& T_a_object, const SE3& T_b_object) {
+  return T_a_object.translation - T_a_b.rotation * T_b_object.translation;
+}
+
+std::optional<double> scaleFromObjects(const Map& map) {
+  constexpr double kShortest = 0.1;  // motion over the distance of the object, to be of use
+  constexpr int kFewestPairs = 3;
+  double product = 0, square = 0;
+  int pairs = 0;
+  for (const auto& a : map.keyframes)
+    for (const auto& b : map.keyframes) {
+      if (a->id >= b->id) continue;
+      const SE3 T_a_b = a->T_world_camera.inverse() * b->T_world_camera;
+      for (const ObjectObservation& in_a : a->objects)
+        for (const ObjectObservation& in_b : b->objects) {
+          if (in_a.object != in_b.object) continue;
+          const Vector3d by_object =
+              pathOfObject(T_a_b, in_a.T_camera_object, in_b.T_camera_object);
+          if (by_object.norm() < kShortest * in_a.T_camera_object.translation.norm()) continue;
+          product += by_object.dot(T_a_b.translation);
+          square += T_a_b.translation.squaredNorm();
+          ++pairs;
+        }
+    }
+  if (pairs < kFewestPairs || !(product > 0) || !(square > 0)) return std::nullopt;
+  return product / square;
+}
+
 ObjectResidual objectResidual(const SE3& T_world_camera, const SE3& T_world_object,
                               const SE3& T_camera_object_measured) {
   const SE3 T_camera_object = T_world_camera.inverse() * T_world_object;

@@ -1,6 +1,7 @@
 // What known objects tell the map: where they are, and through them the scale of everything.
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "core/measurements.h"
@@ -14,8 +15,19 @@ namespace diorama::vo {
 int attachObjects(Map& map, Keyframe& keyframe, std::span<const ObjectMeasurement> objects,
                   const VoOptions& options);
 
+// Places an object where the newest keyframe that saw it saw it.
+void placeObject(Map& map, size_t object);
+
 // Whether a measurement can be used at all.
 bool isUsable(const ObjectMeasurement& measurement);
+
+// The translation of T_a_b that an object at rest implies, given the rotation: p_a - R_a_b p_b.
+Vector3d pathOfObject(const SE3& T_a_b, const SE3& T_a_object, const SE3& T_b_object);
+
+// What the lengths of a map without scale are to be multiplied with: camera motions between
+// keyframes, as objects seen in both tell them, against those of the map. Nothing while the motions
+// are too short for that.
+std::optional<double> scaleFromObjects(const Map& map);
 
 // Residual and Jacobians of an object observation (right perturbations of both poses).
 struct ObjectResidual {

@@ -16,6 +16,8 @@
 // Poses inside are T_world_camera, the world being the camera frame of the first keyframe.
 #include "vo/odometry.h"
 
+#include <algorithm>
+
 #include "vo/bundle_adjustment.h"
 #include "vo/depth_filter.h"
 #include "vo/initialisation.h"
@@ -61,6 +63,7 @@ class VisualOdometry::Implementation {
   void start(std::span<const ObjectMeasurement> objects);
   void addKeyframe(std::span<const ObjectMeasurement> objects);
   void adjust(int window);
+  void learnScale();
   void forgetBadPoints();
   void note(const std::string& event, double value, const std::string& reason) {
     events_.push_back({event, value, reason});
@@ -83,8 +86,8 @@ class VisualOdometry::Implementation {
   SE3 velocity_;          // T_last_now of the last two good frames
   Vector6d correction_ = Vector6d::Zero();  // of the reported pose since, right tangent
   bool metric_ = false, scale_known_ = false;
-  int64_t start_ns_ = 0, previous_ns_ = 0;
-  int lost_frames_ = 0;
+  int64_t metric_ns_ = 0, previous_ns_ = 0;  // metric_ns_: since when the scale is learnt
+  int start_frames_ = 0, lost_frames_ = 0;
   std::vector<OdometryEvent> events_;
 };
 
@@ -123,17 +126,6 @@ Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame) {
   frame.T_world_camera = last_.T_world_camera * T_last_now;
   const ReprojectionResult reprojected = reprojectMap(camera_, map_, frame, options_);
   const PoseRefinement refined = refinePose(camera_, frame, options_);
-    int common = 0;
-    for (auto& f : frame.features)
-      for (auto& g : last_.features) common += f.point == g.point;
-    fprintf(stderr,
-            "DBG t %.3f tried %d matched %d agreed %d rms %.3f common %d kfs %zu pts %zu seeds %zu "
-            "noise %.2f sia %d %.1f\n",
-            1e-9 * (double)frame.timestamp_ns, reprojected.tried, reprojected.matched,
-            refined.agreed, refined.rms_px, common, map_.keyframes.size(), map_.points.size(),
-            depth_filter_.seeds().size(), frame.noise, aligned ? aligned->patches : -1,
-            aligned ? aligned->rms : 0.0);
-  }
   return quality_.assess(frame, reprojected, refined);
 }
 
@@ -181,7 +173,7 @@ OdometryMeasurement VisualOdometry::Implementation::lose(const TrackedFrame& fra
 }
 
 bool VisualOdometry::Implementation::wantsObjects() const {
-  return state_ == State::kStarting || (metric_ && !scale_known_);
+  return state_ == State::kStarting || !scale_known_;
 }
 
 void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> objects) {
@@ -199,8 +191,11 @@ std::optional<SE3> VisualOdometry::Implementation::locate(const std::string& obj
 }
 
 void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> objects) {
-  if (!initialisation_.begun()) return initialisation_.begin(now_, objects);
-  const StartAttempt attempt = initialisation_.tryStart(now_, objects, map_);
+  const bool object_seen = std::any_of(objects.begin(), objects.end(), isUsable);
+  if (!initialisation_.begun() || (object_seen && !initialisation_.sawObject()))
+    return initialisation_.begin(now_, objects);
+  const bool without_scale = ++start_frames_ >= options_.start_wait_frames;
+  const StartAttempt attempt = initialisation_.tryStart(now_, objects, without_scale, map_);
   if (!attempt.started) {
     std::string reason = initialisation_.hopeless();
     if (reason.empty()) return;
@@ -215,7 +210,7 @@ void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> ob
   const Keyframe& keyframe = *map_.keyframes.back();
   last_ = keyframe;
   T_world_reported_ = keyframe.T_world_camera;
-  start_ns_ = previous_ns_ = keyframe.timestamp_ns;
+  metric_ns_ = previous_ns_ = keyframe.timestamp_ns;
   depth_filter_.addSeeds(camera_, *map_.keyframes.back(), depthRange(keyframe));
 }
 
@@ -228,24 +223,37 @@ void VisualOdometry::Implementation::addKeyframe(std::span<const ObjectMeasureme
     }
   Keyframe& keyframe = map_.addKeyframe(last_);
   if (wantsObjects()) attachObjects(map_, keyframe, objects, options_);
+  if (!metric_) learnScale();
   const int all = static_cast<int>(map_.keyframes.size());
   // While objects tell the scale, every keyframe since the start moves with it.
   adjust(metric_ && !scale_known_ ? all : options_.bundle_window);
-
   if (metric_ && !scale_known_) {
-    const double sigma = scaleSigma(map_);
-    const double seconds = 1e-9 * static_cast<double>(keyframe.timestamp_ns - start_ns_);
+    const double seconds = 1e-9 * static_cast<double>(keyframe.timestamp_ns - metric_ns_);
     scale_known_ = seconds > options_.scale_time_s ||
-                   (sigma < options_.scale_sigma && all >= options_.scale_min_keyframes);
+                   (scaleSigma(map_) < options_.scale_sigma && all >= options_.scale_min_keyframes);
   }
   depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
   relocalisation_.learn(keyframe);
 }
 
+// Objects that came into view after a start without scale. The newest pose stays where it is, so
+// that the path goes on from there.
+void VisualOdometry::Implementation::learnScale() {
+  const std::optional<double> factor = scaleFromObjects(map_);
+  if (!factor) return;
+  map_.stretch(last_.T_world_camera.translation, *factor);
+  depth_filter_.stretch(*factor);
+  velocity_.translation *= *factor;
+  for (size_t i = 0; i < map_.objects.size(); ++i) placeObject(map_, i);
+  metric_ = true;
+  metric_ns_ = last_.timestamp_ns;
+  note("reinitialised", *factor, "scale known now, from " + map_.objects.front().name);
+}
+
 void VisualOdometry::Implementation::adjust(int window) {
   Keyframe& newest = *map_.keyframes.back();
   if (options_.bundle_window > 0)
-    adjustBundle(camera_, map_, {window, options_.bundle_iterations}, options_);
+    adjustBundle(camera_, map_, {window, options_.bundle_iterations, metric_}, options_);
   correction_ = log(T_world_reported_.inverse() * newest.T_world_camera);
   last_.T_world_camera = newest.T_world_camera;
   forgetBadPoints();

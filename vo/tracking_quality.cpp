@@ -14,7 +14,7 @@ constexpr double kMemory = 0.1;          // weight of a new frame in the running
 constexpr double kRecoveryShare = 0.25;  // of the cells must agree after a loss: chance brings less
 constexpr int kRecoveryFactor = 2;       // times the smallest number of features
 constexpr int kFewestPairs = 8;          // points in both frames, for a scale of their own
-constexpr double kSmallestSigma = 0.2;
+constexpr double kSmallestSigma = 1;
 constexpr double kUnknownSigma = 1;  // m, rad: of directions that nothing holds
 
 double healthOf(const ReprojectionResult& reprojected, const PoseRefinement& refined) {

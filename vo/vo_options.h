@@ -23,6 +23,7 @@ struct VoOptions {
   double start_disparity_px = 10;    // median, between the first two keyframes (paper)
   double start_baseline_rad = 0.08;  // ... and their baseline over the median depth
   int start_window_frames = 45;      // after so many frames the first keyframe is taken anew
+  int start_wait_frames = 30;        // for an object, before a start without scale
   int start_min_points = 40;         // triangulated, or the start has failed
 
   // Sparse image alignment, last frame to new frame.
@@ -43,11 +44,11 @@ struct VoOptions {
   double feature_sigma_px = 0.1;  // beside what noise explains: errors of warp and interpolation
 
   // Pose refinement.
-  int refine_iterations = 10;   // (SVO)
-  double outlier_px = 2;        // (SVO) at the level of the feature
-  double lost_agreement = 0.3;  // fewer of the matched features agree: lost
-  double lost_drop = 0.35;      // as few matches, compared with the last frames: lost
-  double covariance_scale = 1;  // of the standard deviations
+  int refine_iterations = 10;      // (SVO)
+  double outlier_px = 2;           // (SVO) at the level of the feature
+  double lost_agreement = 0.3;     // fewer of the matched features agree: lost
+  double lost_drop = 0.35;         // as few matches, compared with the last frames: lost
+  double covariance_scale = 1.25;  // of the standard deviations
 
   // Keyframes.
   double keyframe_distance = 0.12;  // of the median depth, from every keyframe that looks alike
@@ -88,6 +89,7 @@ struct VoOptions {
     v("start_disparity_px", start_disparity_px, kPositive);
     v("start_baseline_rad", start_baseline_rad, kNotNegative);
     v("start_window_frames", start_window_frames, Range{2, 100000});
+    v("start_wait_frames", start_wait_frames, Range{0, 100000});
     v("start_min_points", start_min_points, Range{8, 10000});
     v("align_coarse_level", align_coarse_level, Range{0, 7});
     v("align_fine_level", align_fine_level, Range{0, 7});
