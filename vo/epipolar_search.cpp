@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "vo/feature_alignment.h"
 #include "vo/reprojection.h"
@@ -104,10 +106,19 @@ EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
     if (!u) return std::nullopt;
     return toLevel(*u, patch->level);
   };
-  const auto begin = projectAt(0), end = projectAt(1), centre = projectAt(0.5);
+  const auto ends = [&] { return std::pair(projectAt(0), projectAt(1)); };
+  auto [begin, end] = ends();
+  const auto centre = projectAt(0.5);
   if (!begin || !end || !centre) return {};
-  const double length = (*end - *begin).norm();
-  if (!(length > 1e-6 && length <= options.max_epipolar_px)) return {};
+  double length = (*end - *begin).norm();
+  if (length > options.max_epipolar_px) {  // the likeliest part of it
+    const double share = 0.5 * options.max_epipolar_px / length;
+    std::tie(low, high) = std::pair(middle - share * (high - low), middle + share * (high - low));
+    std::tie(begin, end) = ends();
+    if (!begin || !end) return {};
+    length = (*end - *begin).norm();
+  }
+  if (!(length > 1e-6)) return {};
 
   const Image<uint8_t>& image = frame.pyramid->level(patch->level);
   const double largest_rms = largestPatchRms(frame.noise, options);

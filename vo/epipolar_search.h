@@ -28,8 +28,8 @@ struct EpipolarMatch {
   InverseDepth depth;
 };
 
-// Searches between two inverse depths, `low` below `high`. kNotVisible says nothing about the
-// depth: the line leaves the image or is too long.
+// Searches between two inverse depths, `low` below `high`; of a line longer than max_epipolar_px
+// only the middle. kNotVisible says nothing about the depth: the line cannot be seen.
 EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
                              const TrackedFrame& frame, double low, double high,
                              const VoOptions& options);

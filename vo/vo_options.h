@@ -57,8 +57,8 @@ struct VoOptions {
   int max_keyframes = 100;          // (paper) then the farthest goes
 
   // Depth filter.
-  int max_seeds = 200;
-  int max_seed_searches = 120;   // epipolar searches per frame: bounds the time
+  int max_seeds = 400;
+  int max_seed_searches = 200;   // epipolar searches per frame: bounds the time
   double seed_converged = 0.02;  // sigma over inverse depth (SVO: z_range / 200)
 
   int max_seed_age = 120;        // frames
