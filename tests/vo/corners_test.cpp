@@ -9,11 +9,11 @@
 namespace diorama::vo {
 namespace {
 
-constexpr int kField = 24;
+constexpr int kField = 48;  // more than the window of the coarsest level
 
 // Smoothed over a pixel at the edges of the fields.
 Image<uint8_t> chequers(double low, double high) {
-  Image<uint8_t> image(240, 192);
+  Image<uint8_t> image(480, 384);
   const auto side = [](int x) { return x % kField == 0 ? 0.5 : (x / kField) % 2; };
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x) {

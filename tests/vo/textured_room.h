@@ -57,7 +57,8 @@ struct TexturedRoom {
   // A swaying walk; the speed is about 0.25 m/s at 30 Hz.
   static SE3 path(int frame) {
     const double t = frame / 30.0;
-    const Vector3d phi(0.06 * std::sin(1.3 * t), 0.10 * std::sin(0.9 * t), 0.05 * std::sin(0.7 * t));
+    const Vector3d phi(0.06 * std::sin(1.3 * t), 0.10 * std::sin(0.9 * t),
+                       0.05 * std::sin(0.7 * t));
     return {expSO3(phi), Vector3d(0.25 * std::sin(t), 0.12 * std::sin(0.8 * t + 0.3) - 0.035,
                                   -0.2 + 0.1 * std::sin(0.6 * t))};
   }
