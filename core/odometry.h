@@ -27,7 +27,7 @@ class Odometry {
   // frames before the odometry has started.
   virtual std::optional<OdometryMeasurement> track(const Frame& frame) = 0;
 
-  // Whether known objects in the frame just tracked would tell it something: scale, or where it is.
+  // Whether known objects in the frame just tracked are needed: it does not know its scale yet.
   virtual bool wantsObjects() const { return false; }
 
   // Learns from the frame just tracked (mapping). Objects are optional.

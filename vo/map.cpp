@@ -61,6 +61,18 @@ void Map::clear() {
   objects.clear();
 }
 
+void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed) {
+  constexpr int kFailuresAllowed = 15;  // in a row
+  constexpr size_t kWellSeen = 4;       // keyframes: such a point may just be covered
+  for (MapPoint* point : failed)
+    if (++point->failed > kFailuresAllowed && point->observations.size() < kWellSeen)
+      point->bad = true;
+  for (const Feature& feature : frame.features) {
+    ++feature.point->agreed;
+    feature.point->failed = 0;
+  }
+}
+
 DepthRange depthRange(const TrackedFrame& frame) {
   std::vector<double> depths;
   const SE3 T_camera_world = frame.T_world_camera.inverse();

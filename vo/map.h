@@ -96,6 +96,10 @@ class Map {
   int next_id_ = 0;
 };
 
+// Counts for each point whether it agreed with an accepted pose: the frame's features did, `failed`
+// were not found or disagreed. Points that fail often and were seen by few keyframes become bad.
+void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed);
+
 // Depths of a frame's features; the default when it has fewer than five.
 DepthRange depthRange(const TrackedFrame& frame);
 

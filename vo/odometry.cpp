@@ -5,7 +5,7 @@
 //   reproject      find the map's points, one per cell, by their patches (reprojection)
 //   refine         the pose from the points' pixels (pose_refinement)
 //   assess         does the pose explain enough of what was found? (tracking_quality)
-//   relocalise     when it does not: compare with the keyframes (relocalisation)
+//   relocalise     when it does not: from images and objects like these (relocalisation)
 //
 // and in update(), behind it:
 //
@@ -27,6 +27,7 @@
 #include "vo/reprojection.h"
 #include "vo/sparse_alignment.h"
 #include "vo/tracking_quality.h"
+#include "vo/whole_image.h"
 
 namespace diorama {
 
@@ -40,8 +41,7 @@ class VisualOdometry::Implementation {
         source_(std::move(source_name)),
         initialisation_(camera_, options_),
         quality_(options_),
-        depth_filter_(options_),
-        relocalisation_(camera_, options_) {}
+        depth_filter_(options_) {}
 
   std::optional<OdometryMeasurement> track(const Frame& frame);
   void update(std::span<const ObjectMeasurement> objects);
@@ -57,6 +57,7 @@ class VisualOdometry::Implementation {
 
   TrackedFrame makeFrame(const Frame& frame) const;
   Assessment follow(TrackedFrame& frame);
+  Assessment follow(TrackedFrame& frame, const SE3& T_last_now);
   Assessment locate(TrackedFrame& frame, const SE3& T_world_camera);
   OdometryMeasurement accept(TrackedFrame frame, const Assessment& assessment);
   OdometryMeasurement lose(const TrackedFrame& frame, const std::string& reason);
@@ -64,6 +65,7 @@ class VisualOdometry::Implementation {
   void addKeyframe(std::span<const ObjectMeasurement> objects);
   void adjust(int window);
   void learnScale();
+  void findByObjects(std::span<const ObjectMeasurement> objects);
   void forgetBadPoints();
   void note(const std::string& event, double value, const std::string& reason) {
     events_.push_back({event, value, reason});
@@ -77,13 +79,13 @@ class VisualOdometry::Implementation {
   Initialisation initialisation_;
   TrackingQuality quality_;
   DepthFilter depth_filter_;
-  Relocalisation relocalisation_;
 
   State state_ = State::kStarting;
-  TrackedFrame now_;      // the frame just tracked; when lost, its image alone counts
-  TrackedFrame last_;     // the last frame with a good pose
-  SE3 T_world_reported_;  // its pose as it was reported, before the map was corrected
-  SE3 velocity_;          // T_last_now of the last two good frames
+  TrackedFrame now_;         // the frame just tracked; when lost, its image alone counts
+  TrackedFrame last_;        // the last frame with a good pose
+  TrackedFrame seen_again_;  // when lost: a frame that objects have placed in the map
+  SE3 T_world_reported_;     // its pose as it was reported, before the map was corrected
+  SE3 velocity_;             // T_last_now of the last two good frames
   Vector6d correction_ = Vector6d::Zero();  // of the reported pose since, right tangent
   bool metric_ = false, scale_known_ = false;
   int64_t metric_ns_ = 0, previous_ns_ = 0;  // metric_ns_: since when the scale is learnt
@@ -103,7 +105,8 @@ std::optional<OdometryMeasurement> VisualOdometry::Implementation::track(const F
     const Assessment assessment = follow(now_);
     return assessment.good ? accept(now_, assessment) : lose(now_, assessment.reason);
   }
-  for (const SE3& T_world_camera : relocalisation_.candidates(now_, last_, map_)) {
+  const TrackedFrame& nearest = seen_again_.pyramid ? seen_again_ : last_;
+  for (const SE3& T_world_camera : posesFromImages(camera_, now_, nearest, map_, options_)) {
     const Assessment assessment = locate(now_, T_world_camera);
     if (assessment.good) return accept(now_, assessment);
   }
@@ -119,14 +122,23 @@ TrackedFrame VisualOdometry::Implementation::makeFrame(const Frame& frame) const
   return made;
 }
 
-// Motion from the last frame, started with constant velocity, then the pose in the map.
+// Started with constant velocity; when that fails, from how the whole image has moved.
 Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame) {
-  const auto aligned = alignSparsely(camera_, last_, *frame.pyramid, velocity_.inverse(), options_);
-  const SE3 T_last_now = aligned ? aligned->T_current_reference.inverse() : velocity_;
-  frame.T_world_camera = last_.T_world_camera * T_last_now;
+  const Assessment assessment = follow(frame, velocity_);
+  if (assessment.good) return assessment;
+  const WholeImageMatch match = matchWholeImages(camera_, *last_.pyramid, *frame.pyramid);
+  return follow(frame, match.T_current_reference.inverse());
+}
+
+// Motion from the last frame, then the pose in the map.
+Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame, const SE3& T_last_now) {
+  const auto aligned =
+      alignSparsely(camera_, last_, *frame.pyramid, T_last_now.inverse(), options_);
+  frame.T_world_camera =
+      last_.T_world_camera * (aligned ? aligned->T_current_reference.inverse() : T_last_now);
   const ReprojectionResult reprojected = reprojectMap(camera_, map_, frame, options_);
   const PoseRefinement refined = refinePose(camera_, frame, options_);
-  return quality_.assess(frame, reprojected, refined);
+  return quality_.assess(reprojected, refined);
 }
 
 // The pose in the map from a coarse one; what was found first leads to more.
@@ -149,6 +161,7 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
       adjoint(frame.T_world_camera.inverse() * last_.T_world_camera) * correction_;
   m.covariance += correction * correction.transpose();
   m.health = assessment.health;
+  judgePoints(frame, assessment.failed);
   if (recovered) note("relocalised", lost_frames_, "found again in the map");
 
   velocity_ = recovered ? SE3{} : last_.T_world_camera.inverse() * frame.T_world_camera;
@@ -156,6 +169,7 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   T_world_reported_ = frame.T_world_camera;
   previous_ns_ = frame.timestamp_ns;
   last_ = std::move(frame);
+  seen_again_ = {};
   lost_frames_ = 0;
   state_ = State::kTracking;
   return m;
@@ -179,9 +193,18 @@ bool VisualOdometry::Implementation::wantsObjects() const {
 void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> objects) {
   if (!now_.pyramid) return;
   if (state_ == State::kStarting) return start(objects);
-  if (state_ != State::kTracking) return;
+  if (state_ == State::kLost) return findByObjects(objects);
   depth_filter_.update(camera_, last_, map_);
   if (needsKeyframe(map_, last_, options_)) addKeyframe(objects);
+}
+
+// Where objects say that the camera is, the map should be seen. The next frame starts from there.
+void VisualOdometry::Implementation::findByObjects(std::span<const ObjectMeasurement> objects) {
+  for (const SE3& T_world_camera : posesFromObjects(objects, map_))
+    if (locate(now_, T_world_camera).good) {
+      seen_again_ = now_;
+      return;
+    }
 }
 
 std::optional<SE3> VisualOdometry::Implementation::locate(const std::string& object) const {
@@ -233,7 +256,6 @@ void VisualOdometry::Implementation::addKeyframe(std::span<const ObjectMeasureme
                    (scaleSigma(map_) < options_.scale_sigma && all >= options_.scale_min_keyframes);
   }
   depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
-  relocalisation_.learn(keyframe);
 }
 
 // Objects that came into view after a start without scale. The newest pose stays where it is, so
@@ -262,7 +284,7 @@ void VisualOdometry::Implementation::adjust(int window) {
 void VisualOdometry::Implementation::forgetBadPoints() {
   std::erase_if(last_.features, [](const Feature& f) { return f.point->bad; });
   std::erase_if(now_.features, [](const Feature& f) { return f.point->bad; });
-  relocalisation_.forgetBadPoints();
+  std::erase_if(seen_again_.features, [](const Feature& f) { return f.point->bad; });
   map_.removeBadPoints();
 }
 

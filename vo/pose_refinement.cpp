@@ -71,7 +71,7 @@ double scaleOf(std::vector<double> errors) {
   return std::max(kSmallestScale, kMedianToSigma * *middle);
 }
 
-// Keeps the features that agree, and counts for each point whether it did.
+// Keeps the features that agree.
 void dropOutliers(const Camera& camera, TrackedFrame& frame, double limit, const VoOptions& options,
                   PoseRefinement& result) {
   const SE3 T_camera_world = frame.T_world_camera.inverse();
@@ -81,14 +81,12 @@ void dropOutliers(const Camera& camera, TrackedFrame& frame, double limit, const
     const auto term = termOf(camera, feature, R, T_camera_world.translation);
     const double error_px = term ? term->residual_px.norm() * levelScale(feature.level) : 1e9;
     if (error_px > options.outlier_px || term->r.norm() > limit) {
-      ++feature.point->failed;
+      result.disagreed.push_back(feature.point);
       return true;
     }
     result.hessian.noalias() += term->J.transpose() * term->J;
     feature.residual = feature.covariance_px2.llt().matrixL().solve(term->residual_px);
     squares += error_px * error_px;
-    ++feature.point->agreed;
-    feature.point->failed = 0;
     return false;
   });
   result.agreed = static_cast<int>(frame.features.size());

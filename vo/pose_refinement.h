@@ -9,6 +9,7 @@ namespace diorama::vo {
 struct PoseRefinement {
   bool converged = false;               // there was a pose to find
   int agreed = 0;                       // features left in the frame
+  std::vector<MapPoint*> disagreed;     // points of the features that were dropped
   double rms_px = 0;                    // of their errors, at their level
   Matrix6d hessian = Matrix6d::Zero();  // of whitened errors, right tangent
 };

@@ -8,9 +8,8 @@
 namespace diorama::vo {
 namespace {
 
-constexpr double kBorder = 8;         // px: a patch does not fit nearer to the outline
-constexpr int kFailuresAllowed = 15;  // in a row, for a point that few keyframes have seen
-constexpr int kTrialsPerCell = 3;     // points searched for before the cell is given up
+constexpr double kBorder = 8;      // px: a patch does not fit nearer to the outline
+constexpr int kTrialsPerCell = 3;  // points searched for before the cell is given up
 
 struct Candidate {
   MapPoint* point;
@@ -68,10 +67,6 @@ std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
   return Feature{measuredBy(*found, patch->level, options), candidate.point};
 }
 
-void noteFailure(MapPoint& point) {
-  if (++point.failed > kFailuresAllowed && point.observations.size() < 4) point.bad = true;
-}
-
 }  // namespace
 
 Measured measuredBy(const AlignedPatch& aligned, int level, const VoOptions& options) {
@@ -120,7 +115,7 @@ ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFra
         frame.features.push_back(*feature);
         break;
       }
-      noteFailure(*candidate.point);
+      result.missed.push_back(candidate.point);
     }
   }
   result.matched = static_cast<int>(frame.features.size());

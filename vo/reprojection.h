@@ -10,12 +10,12 @@
 namespace diorama::vo {
 
 struct ReprojectionResult {
-  int tried = 0;    // cells in which at least one point was searched for
-  int matched = 0;  // = frame.features.size()
+  int tried = 0;                  // cells in which at least one point was searched for
+  int matched = 0;                // = frame.features.size()
+  std::vector<MapPoint*> missed;  // searched for, but not found
 };
 
-// Replaces frame.features by what is found from frame.T_world_camera. Points that are not found are
-// noted as failed; points that fail often become bad.
+// Replaces frame.features by what is found from frame.T_world_camera.
 ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFrame& frame,
                                 const VoOptions& options);
 

@@ -21,11 +21,17 @@ double healthOf(const ReprojectionResult& reprojected, const PoseRefinement& ref
   return std::min(1.0, refined.agreed / (kFullShare * std::max(1, reprojected.tried)));
 }
 
-Assessment bad(const std::string& reason) { return {false, 0, reason, Matrix6d::Zero()}; }
+Assessment bad(const std::string& reason) { return {false, 0, reason, Matrix6d::Zero(), {}}; }
+
+Assessment good(const ReprojectionResult& reprojected, const PoseRefinement& refined) {
+  std::vector<MapPoint*> failed = reprojected.missed;
+  failed.insert(failed.end(), refined.disagreed.begin(), refined.disagreed.end());
+  return {true, healthOf(reprojected, refined), "", refined.hessian, std::move(failed)};
+}
 
 }  // namespace
 
-Assessment TrackingQuality::assess(const TrackedFrame&, const ReprojectionResult& reprojected,
+Assessment TrackingQuality::assess(const ReprojectionResult& reprojected,
                                    const PoseRefinement& refined) {
   const std::string agreed = std::to_string(refined.agreed);
   if (!refined.converged || refined.agreed < options_.min_features)
@@ -37,7 +43,7 @@ Assessment TrackingQuality::assess(const TrackedFrame&, const ReprojectionResult
     return bad("features dropped suddenly to " + agreed);
   usual_agreed_ = usual_agreed_ == 0 ? refined.agreed
                                      : usual_agreed_ + kMemory * (refined.agreed - usual_agreed_);
-  return {true, healthOf(reprojected, refined), "", refined.hessian};
+  return good(reprojected, refined);
 }
 
 Assessment TrackingQuality::assessRecovery(const ReprojectionResult& reprojected,
@@ -47,7 +53,7 @@ Assessment TrackingQuality::assessRecovery(const ReprojectionResult& reprojected
       refined.agreed < 0.5 * reprojected.matched)
     return bad("no keyframe looks like it");
   usual_agreed_ = refined.agreed;
-  return {true, healthOf(reprojected, refined), "", refined.hessian};
+  return good(reprojected, refined);
 }
 
 Matrix6d stepCovariance(const TrackedFrame& before, const TrackedFrame& now,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "vo/pose_refinement.h"
 #include "vo/reprojection.h"
@@ -13,6 +14,7 @@ struct Assessment {
   double health = 0;   // in [0, 1]
   std::string reason;  // why it is not good
   Matrix6d hessian = Matrix6d::Zero();
+  std::vector<MapPoint*> failed;  // points that were not found or did not agree
 };
 
 class TrackingQuality {
@@ -20,8 +22,7 @@ class TrackingQuality {
   explicit TrackingQuality(const VoOptions& options) : options_(options) {}
 
   // A frame that follows a good one.
-  Assessment assess(const TrackedFrame& frame, const ReprojectionResult& reprojected,
-                    const PoseRefinement& refined);
+  Assessment assess(const ReprojectionResult& reprojected, const PoseRefinement& refined);
   // A pose tried after a loss: it must explain more, since many are tried.
   Assessment assessRecovery(const ReprojectionResult& reprojected, const PoseRefinement& refined);
 
