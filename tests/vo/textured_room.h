@@ -23,13 +23,14 @@ struct TexturedRoom {
   double contrast = 60;  // grey levels about `brightness`
   double brightness = 120;
   double noise = 1;  // grey levels
+  bool pillar = true;
 
   // The walls are at +-1 in x, +-0.8 in y and at 1.2 in z; the pillar stands in between.
   double greyAlong(const Vector3d& origin, const Vector3d& direction) const {
     const double wall = distanceToWalls(origin, direction);
-    const double pillar = distanceToPillar(origin, direction);
-    const bool on_pillar = pillar < wall;
-    const Vector3d p = origin + std::min(wall, pillar) * direction;
+    const double near = distanceToPillar(origin, direction);
+    const bool on_pillar = pillar && near < wall;
+    const Vector3d p = origin + (on_pillar ? near : wall) * direction;
     return brightness + contrast * print(on_pillar ? p + Vector3d(5, 5, 5) : p);
   }
 
