@@ -102,4 +102,14 @@ double scaleSigma(const Map& map) {
   return information > 0 ? 1 / std::sqrt(information) : std::numeric_limits<double>::infinity();
 }
 
+bool ScaleLearning::wantsObjects(int64_t now_ns) const {
+  if (!since_ns_) return true;
+  return !known_ && 1e-9 * static_cast<double>(now_ns - *since_ns_) <= options_.scale_time_s;
+}
+
+void ScaleLearning::assess(const Map& map) {
+  known_ = known_ || (begun() && scaleSigma(map) < options_.scale_sigma &&
+                      static_cast<int>(map.keyframes.size()) >= options_.scale_min_keyframes);
+}
+
 }  // namespace diorama::vo

@@ -42,4 +42,21 @@ ObjectResidual objectResidual(const SE3& T_world_camera, const SE3& T_world_obje
 // observations.
 double scaleSigma(const Map& map);
 
+// For how long objects are asked about the scale: until it is known well enough, and for a limited
+// time only once they began to tell it.
+class ScaleLearning {
+ public:
+  explicit ScaleLearning(const VoOptions& options) : options_(options) {}
+
+  void begin(int64_t now_ns) { since_ns_ = now_ns; }
+  bool begun() const { return since_ns_.has_value(); }  // the map is metric
+  bool wantsObjects(int64_t now_ns) const;
+  void assess(const Map& map);  // after each adjustment
+
+ private:
+  const VoOptions& options_;
+  std::optional<int64_t> since_ns_;
+  bool known_ = false;
+};
+
 }  // namespace diorama::vo

@@ -7,7 +7,7 @@
 //   assess         does the pose explain enough of what was found? (tracking_quality)
 //   relocalise     when it does not: from images and objects like these (relocalisation)
 //
-// and in update(), behind it:
+// and in update(), behind it (mapping):
 //
 //   filter depths  of corners that are no points yet (depth_filter)
 //   add keyframe   when the camera moved or features get few (keyframe_policy)
@@ -18,10 +18,8 @@
 
 #include <algorithm>
 
-#include "vo/bundle_adjustment.h"
-#include "vo/depth_filter.h"
 #include "vo/initialisation.h"
-#include "vo/keyframe_policy.h"
+#include "vo/mapping.h"
 #include "vo/object_scale.h"
 #include "vo/relocalisation.h"
 #include "vo/reprojection.h"
@@ -41,7 +39,7 @@ class VisualOdometry::Implementation {
         source_(std::move(source_name)),
         initialisation_(camera_, options_),
         quality_(options_),
-        depth_filter_(options_) {}
+        mapping_(camera_, options_) {}
 
   std::optional<OdometryMeasurement> track(const Frame& frame);
   void update(std::span<const ObjectMeasurement> objects);
@@ -50,7 +48,7 @@ class VisualOdometry::Implementation {
   bool started() const { return state_ == State::kTracking || state_ == State::kLost; }
   std::optional<SE3> locate(const std::string& object) const;
   const std::vector<OdometryEvent>& events() const { return events_; }
-  const Map& map() const { return map_; }
+  const Map& map() const { return mapping_.map(); }
 
  private:
   enum class State { kStarting, kTracking, kLost };
@@ -62,11 +60,7 @@ class VisualOdometry::Implementation {
   OdometryMeasurement accept(TrackedFrame frame, const Assessment& assessment);
   OdometryMeasurement lose(const TrackedFrame& frame, const std::string& reason);
   void start(std::span<const ObjectMeasurement> objects);
-  void addKeyframe(std::span<const ObjectMeasurement> objects);
-  void adjust(int window);
-  void learnScale();
   void findByObjects(std::span<const ObjectMeasurement> objects);
-  void forgetBadPoints();
   void note(const std::string& event, double value, const std::string& reason) {
     events_.push_back({event, value, reason});
   }
@@ -75,10 +69,9 @@ class VisualOdometry::Implementation {
   const Camera camera_;
   const std::string source_;
 
-  Map map_;
   Initialisation initialisation_;
   TrackingQuality quality_;
-  DepthFilter depth_filter_;
+  Mapping mapping_;
 
   State state_ = State::kStarting;
   TrackedFrame now_;         // the frame just tracked; when lost, its image alone counts
@@ -87,8 +80,7 @@ class VisualOdometry::Implementation {
   SE3 T_world_reported_;     // its pose as it was reported, before the map was corrected
   SE3 velocity_;             // T_last_now of the last two good frames
   Vector6d correction_ = Vector6d::Zero();  // of the reported pose since, right tangent
-  bool metric_ = false, scale_known_ = false;
-  int64_t metric_ns_ = 0, previous_ns_ = 0;  // metric_ns_: since when the scale is learnt
+  int64_t previous_ns_ = 0;
   int start_frames_ = 0, lost_frames_ = 0;
   std::vector<OdometryEvent> events_;
 };
@@ -106,7 +98,7 @@ std::optional<OdometryMeasurement> VisualOdometry::Implementation::track(const F
     return assessment.good ? accept(now_, assessment) : lose(now_, assessment.reason);
   }
   const TrackedFrame& nearest = seen_again_.pyramid ? seen_again_ : last_;
-  for (const SE3& T_world_camera : posesFromImages(camera_, now_, nearest, map_, options_)) {
+  for (const SE3& T_world_camera : posesFromImages(camera_, now_, nearest, map(), options_)) {
     const Assessment assessment = locate(now_, T_world_camera);
     if (assessment.good) return accept(now_, assessment);
   }
@@ -136,7 +128,7 @@ Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame, const SE3
       alignSparsely(camera_, last_, *frame.pyramid, T_last_now.inverse(), options_);
   frame.T_world_camera =
       last_.T_world_camera * (aligned ? aligned->T_current_reference.inverse() : T_last_now);
-  const ReprojectionResult reprojected = reprojectMap(camera_, map_, frame, options_);
+  const ReprojectionResult reprojected = reprojectMap(camera_, map(), frame, options_);
   const PoseRefinement refined = refinePose(camera_, frame, options_);
   return quality_.assess(reprojected, refined);
 }
@@ -144,9 +136,9 @@ Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame, const SE3
 // The pose in the map from a coarse one; what was found first leads to more.
 Assessment VisualOdometry::Implementation::locate(TrackedFrame& frame, const SE3& T_world_camera) {
   frame.T_world_camera = T_world_camera;
-  ReprojectionResult reprojected = reprojectMap(camera_, map_, frame, options_);
+  ReprojectionResult reprojected = reprojectMap(camera_, map(), frame, options_);
   PoseRefinement refined = refinePose(camera_, frame, options_);
-  reprojected = reprojectMap(camera_, map_, frame, options_);
+  reprojected = reprojectMap(camera_, map(), frame, options_);
   refined = refinePose(camera_, frame, options_);
   return quality_.assessRecovery(reprojected, refined);
 }
@@ -187,20 +179,23 @@ OdometryMeasurement VisualOdometry::Implementation::lose(const TrackedFrame& fra
 }
 
 bool VisualOdometry::Implementation::wantsObjects() const {
-  return state_ == State::kStarting || !scale_known_;
+  return state_ == State::kStarting || mapping_.wantsObjects(now_.timestamp_ns);
 }
 
 void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> objects) {
   if (!now_.pyramid) return;
   if (state_ == State::kStarting) return start(objects);
   if (state_ == State::kLost) return findByObjects(objects);
-  depth_filter_.update(camera_, last_, map_);
-  if (needsKeyframe(map_, last_, options_)) addKeyframe(objects);
+  const MapUpdate changed = mapping_.update(last_, objects);
+  if (changed.adjusted) correction_ = log(T_world_reported_.inverse() * last_.T_world_camera);
+  if (changed.stretched_by.empty()) return;
+  velocity_.translation *= changed.stretched;
+  note("reinitialised", changed.stretched, "scale known now, from " + changed.stretched_by);
 }
 
 // Where objects say that the camera is, the map should be seen. The next frame starts from there.
 void VisualOdometry::Implementation::findByObjects(std::span<const ObjectMeasurement> objects) {
-  for (const SE3& T_world_camera : posesFromObjects(objects, map_))
+  for (const SE3& T_world_camera : posesFromObjects(objects, map()))
     if (locate(now_, T_world_camera).good) {
       seen_again_ = now_;
       return;
@@ -208,7 +203,7 @@ void VisualOdometry::Implementation::findByObjects(std::span<const ObjectMeasure
 }
 
 std::optional<SE3> VisualOdometry::Implementation::locate(const std::string& object) const {
-  for (const MapObject& known : map_.objects)
+  for (const MapObject& known : map().objects)
     if (known.name == object) return last_.T_world_camera.inverse() * known.T_world_object;
   return std::nullopt;
 }
@@ -218,7 +213,8 @@ void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> ob
   if (!initialisation_.begun() || (object_seen && !initialisation_.sawObject()))
     return initialisation_.begin(now_, objects);
   const bool without_scale = ++start_frames_ >= options_.start_wait_frames;
-  const StartAttempt attempt = initialisation_.tryStart(now_, objects, without_scale, map_);
+  const StartAttempt attempt =
+      initialisation_.tryStart(now_, objects, without_scale, mapping_.map());
   if (!attempt.started) {
     std::string reason = initialisation_.hopeless();
     if (reason.empty()) return;
@@ -227,65 +223,13 @@ void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> ob
     return initialisation_.begin(now_, objects);
   }
   state_ = State::kTracking;
-  metric_ = attempt.metric;
+  mapping_.begin(attempt.metric);
   note("started", attempt.points, attempt.reason);
   initialisation_.clear();
-  const Keyframe& keyframe = *map_.keyframes.back();
+  const Keyframe& keyframe = *map().keyframes.back();
   last_ = keyframe;
   T_world_reported_ = keyframe.T_world_camera;
-  metric_ns_ = previous_ns_ = keyframe.timestamp_ns;
-  depth_filter_.addSeeds(camera_, *map_.keyframes.back(), depthRange(keyframe));
-}
-
-void VisualOdometry::Implementation::addKeyframe(std::span<const ObjectMeasurement> objects) {
-  if (static_cast<int>(map_.keyframes.size()) >= options_.max_keyframes)
-    if (Keyframe* gone = farthestKeyframe(map_, last_, options_.bundle_window)) {
-      depth_filter_.removeHost(*gone);
-      map_.removeKeyframe(*gone);
-      forgetBadPoints();
-    }
-  Keyframe& keyframe = map_.addKeyframe(last_);
-  if (wantsObjects()) attachObjects(map_, keyframe, objects, options_);
-  if (!metric_) learnScale();
-  const int all = static_cast<int>(map_.keyframes.size());
-  // While objects tell the scale, every keyframe since the start moves with it.
-  adjust(metric_ && !scale_known_ ? all : options_.bundle_window);
-  if (metric_ && !scale_known_) {
-    const double seconds = 1e-9 * static_cast<double>(keyframe.timestamp_ns - metric_ns_);
-    scale_known_ = seconds > options_.scale_time_s ||
-                   (scaleSigma(map_) < options_.scale_sigma && all >= options_.scale_min_keyframes);
-  }
-  depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
-}
-
-// Objects that came into view after a start without scale. The newest pose stays where it is, so
-// that the path goes on from there.
-void VisualOdometry::Implementation::learnScale() {
-  const std::optional<double> factor = scaleFromObjects(map_);
-  if (!factor) return;
-  map_.stretch(last_.T_world_camera.translation, *factor);
-  depth_filter_.stretch(*factor);
-  velocity_.translation *= *factor;
-  for (size_t i = 0; i < map_.objects.size(); ++i) placeObject(map_, i);
-  metric_ = true;
-  metric_ns_ = last_.timestamp_ns;
-  note("reinitialised", *factor, "scale known now, from " + map_.objects.front().name);
-}
-
-void VisualOdometry::Implementation::adjust(int window) {
-  Keyframe& newest = *map_.keyframes.back();
-  if (options_.bundle_window > 0)
-    adjustBundle(camera_, map_, {window, options_.bundle_iterations, metric_}, options_);
-  correction_ = log(T_world_reported_.inverse() * newest.T_world_camera);
-  last_.T_world_camera = newest.T_world_camera;
-  forgetBadPoints();
-}
-
-void VisualOdometry::Implementation::forgetBadPoints() {
-  std::erase_if(last_.features, [](const Feature& f) { return f.point->bad; });
-  std::erase_if(now_.features, [](const Feature& f) { return f.point->bad; });
-  std::erase_if(seen_again_.features, [](const Feature& f) { return f.point->bad; });
-  map_.removeBadPoints();
+  previous_ns_ = keyframe.timestamp_ns;
 }
 
 VisualOdometry::VisualOdometry(Camera camera, VoOptions options, std::string source_name)

@@ -1,0 +1,67 @@
+#include "vo/mapping.h"
+
+#include "vo/bundle_adjustment.h"
+#include "vo/keyframe_policy.h"
+
+namespace diorama::vo {
+
+void Mapping::begin(bool metric) {
+  Keyframe& keyframe = *map_.keyframes.back();
+  if (metric) scale_.begin(keyframe.timestamp_ns);
+  depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
+}
+
+MapUpdate Mapping::update(TrackedFrame& frame, std::span<const ObjectMeasurement> objects) {
+  depth_filter_.update(camera_, frame, map_);
+  if (!needsKeyframe(map_, frame, options_)) return {};
+  makeRoom(frame);
+  return addKeyframe(frame, objects);
+}
+
+void Mapping::makeRoom(TrackedFrame& frame) {
+  if (static_cast<int>(map_.keyframes.size()) < options_.max_keyframes) return;
+  Keyframe* gone = farthestKeyframe(map_, frame, options_.bundle_window);
+  if (!gone) return;
+  depth_filter_.removeHost(*gone);
+  map_.removeKeyframe(*gone);
+  forgetBadPoints(frame);
+}
+
+MapUpdate Mapping::addKeyframe(TrackedFrame& frame, std::span<const ObjectMeasurement> objects) {
+  MapUpdate update;
+  update.adjusted = true;
+  Keyframe& keyframe = map_.addKeyframe(frame);
+  if (wantsObjects(frame.timestamp_ns)) attachObjects(map_, keyframe, objects, options_);
+  if (!scale_.begun() && (update.stretched = learnScale(frame)) != 1)
+    update.stretched_by = map_.objects.front().name;
+  // While objects tell the scale, every keyframe since the start moves with it.
+  const int window = scale_.begun() && wantsObjects(frame.timestamp_ns)
+                         ? static_cast<int>(map_.keyframes.size())
+                         : options_.bundle_window;
+  if (options_.bundle_window > 0)
+    adjustBundle(camera_, map_, {window, options_.bundle_iterations, scale_.begun()}, options_);
+  scale_.assess(map_);
+  frame.T_world_camera = keyframe.T_world_camera;
+  forgetBadPoints(frame);
+  depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
+  return update;
+}
+
+// Objects that came into view after a start without scale. The newest pose stays where it is, so
+// that the path goes on from there. The factor, 1 when it is not known yet.
+double Mapping::learnScale(const TrackedFrame& frame) {
+  const std::optional<double> factor = scaleFromObjects(map_);
+  if (!factor) return 1;
+  map_.stretch(frame.T_world_camera.translation, *factor);
+  depth_filter_.stretch(*factor);
+  for (size_t i = 0; i < map_.objects.size(); ++i) placeObject(map_, i);
+  scale_.begin(frame.timestamp_ns);
+  return *factor;
+}
+
+void Mapping::forgetBadPoints(TrackedFrame& frame) {
+  std::erase_if(frame.features, [](const Feature& f) { return f.point->bad; });
+  map_.removeBadPoints();
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,50 @@
+// What happens behind a tracked frame, and need not be done before the next one comes: depths,
+// keyframes, adjustment. Owns the map.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "core/measurements.h"
+#include "vo/depth_filter.h"
+#include "vo/object_scale.h"
+
+namespace diorama::vo {
+
+struct MapUpdate {
+  bool adjusted = false;  // the frame became a keyframe, and its pose was corrected with the map
+  double stretched = 1;   // all lengths, when the scale became known in this frame
+  std::string stretched_by;
+};
+
+class Mapping {
+ public:
+  Mapping(const Camera& camera, const VoOptions& options)
+      : camera_(camera), options_(options), scale_(options), depth_filter_(options) {}
+
+  Map& map() { return map_; }
+  const Map& map() const { return map_; }
+
+  // Goes on from a map that initialisation has filled.
+  void begin(bool metric);
+
+  // The frame is the newest one with a good pose. Its pose is changed with the map, and features of
+  // points that are no more are taken from it.
+  MapUpdate update(TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
+
+  bool wantsObjects(int64_t now_ns) const { return scale_.wantsObjects(now_ns); }
+
+ private:
+  void makeRoom(TrackedFrame& frame);
+  MapUpdate addKeyframe(TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
+  double learnScale(const TrackedFrame& frame);
+  void forgetBadPoints(TrackedFrame& frame);
+
+  const Camera& camera_;
+  const VoOptions& options_;
+  Map map_;
+  ScaleLearning scale_;
+  DepthFilter depth_filter_;
+};
+
+}  // namespace diorama::vo
