@@ -10,15 +10,20 @@ namespace {
 
 constexpr double kFullShare =
     0.6;  // of the cells searched have a feature that agrees: as good as it gets
-constexpr double kMemory = 0.1;          // weight of a new frame in the running mean
-constexpr double kRecoveryShare = 0.25;  // of the cells must agree after a loss: chance brings less
-constexpr int kRecoveryFactor = 2;       // times the smallest number of features
+constexpr double kMemory = 0.1;  // weight of a new frame in the running mean
+// Of the features found: from a wrong pose few are found, and few of these agree with any pose.
+constexpr double kConvincingShare = 0.6;
+constexpr double kRecoveryShare = 0.15;  // of the cells must agree after a loss, for many are tried
 constexpr int kFewestPairs = 8;          // points in both frames, for a scale of their own
 constexpr double kSmallestSigma = 1;
 constexpr double kUnknownSigma = 1;  // m, rad: of directions that nothing holds
 
 double healthOf(const ReprojectionResult& reprojected, const PoseRefinement& refined) {
   return std::min(1.0, refined.agreed / (kFullShare * std::max(1, reprojected.tried)));
+}
+
+bool isConvincing(const ReprojectionResult& reprojected, const PoseRefinement& refined) {
+  return refined.agreed >= kConvincingShare * reprojected.matched;
 }
 
 Assessment bad(const std::string& reason) { return {false, 0, reason, Matrix6d::Zero(), {}}; }
@@ -39,7 +44,7 @@ Assessment TrackingQuality::assess(const ReprojectionResult& reprojected,
   if (refined.agreed < options_.lost_agreement * reprojected.matched)
     return bad("only " + agreed + " of " + std::to_string(reprojected.matched) +
                " features found agree");
-  if (refined.agreed < options_.lost_drop * usual_agreed_)
+  if (refined.agreed < options_.lost_drop * usual_agreed_ && !isConvincing(reprojected, refined))
     return bad("features dropped suddenly to " + agreed);
   usual_agreed_ = usual_agreed_ == 0 ? refined.agreed
                                      : usual_agreed_ + kMemory * (refined.agreed - usual_agreed_);
@@ -48,9 +53,8 @@ Assessment TrackingQuality::assess(const ReprojectionResult& reprojected,
 
 Assessment TrackingQuality::assessRecovery(const ReprojectionResult& reprojected,
                                            const PoseRefinement& refined) {
-  if (!refined.converged || refined.agreed < kRecoveryFactor * options_.min_features ||
-      refined.agreed < kRecoveryShare * reprojected.tried ||
-      refined.agreed < 0.5 * reprojected.matched)
+  if (!refined.converged || refined.agreed < options_.min_features ||
+      refined.agreed < kRecoveryShare * reprojected.tried || !isConvincing(reprojected, refined))
     return bad("no keyframe looks like it");
   usual_agreed_ = refined.agreed;
   return good(reprojected, refined);

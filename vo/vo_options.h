@@ -47,7 +47,7 @@ struct VoOptions {
   int refine_iterations = 10;      // (SVO)
   double outlier_px = 2;           // (SVO) at the level of the feature
   double lost_agreement = 0.3;     // fewer of the matched features agree: lost
-  double lost_drop = 0.35;         // as few matches, compared with the last frames: lost
+  double lost_drop = 0.35;         // as few, compared with the last frames, and in doubt: lost
   double covariance_scale = 1.25;  // of the standard deviations
 
   // Keyframes.
