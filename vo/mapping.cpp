@@ -11,7 +11,20 @@ void Mapping::begin(bool metric) {
   depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
 }
 
-MapUpdate Mapping::update(TrackedFrame& frame, std::span<const ObjectMeasurement> objects) {
+// Much of the map in view is not seen: something is before it. If that stays, it is the world that
+// has changed, or its light.
+bool Mapping::isCovered(int64_t now_ns, double health) {
+  if (health >= options_.mapping_min_health) {
+    covered_since_ns_.reset();
+    return false;
+  }
+  if (!covered_since_ns_) covered_since_ns_ = now_ns;
+  return 1e-9 * static_cast<double>(now_ns - *covered_since_ns_) <= options_.covered_time_s;
+}
+
+MapUpdate Mapping::update(TrackedFrame& frame, double health,
+                          std::span<const ObjectMeasurement> objects) {
+  if (isCovered(frame.timestamp_ns, health)) return {};
   depth_filter_.update(camera_, frame, map_);
   if (!needsKeyframe(map_, frame, options_)) return {};
   makeRoom(frame);

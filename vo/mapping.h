@@ -28,13 +28,14 @@ class Mapping {
   // Goes on from a map that initialisation has filled.
   void begin(bool metric);
 
-  // The frame is the newest one with a good pose. Its pose is changed with the map, and features of
-  // points that are no more are taken from it.
-  MapUpdate update(TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
+  // The frame is the newest one with a good pose, and of this health. Its pose is changed with the
+  // map, and features of points that are no more are taken from it.
+  MapUpdate update(TrackedFrame& frame, double health, std::span<const ObjectMeasurement> objects);
 
   bool wantsObjects(int64_t now_ns) const { return scale_.wantsObjects(now_ns); }
 
  private:
+  bool isCovered(int64_t now_ns, double health);
   void makeRoom(TrackedFrame& frame);
   MapUpdate addKeyframe(TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
   double learnScale(const TrackedFrame& frame);
@@ -45,6 +46,7 @@ class Mapping {
   Map map_;
   ScaleLearning scale_;
   DepthFilter depth_filter_;
+  std::optional<int64_t> covered_since_ns_;
 };
 
 }  // namespace diorama::vo

@@ -80,6 +80,7 @@ class VisualOdometry::Implementation {
   SE3 T_world_reported_;     // its pose as it was reported, before the map was corrected
   SE3 velocity_;             // T_last_now of the last two good frames
   Vector6d correction_ = Vector6d::Zero();  // of the reported pose since, right tangent
+  double health_ = 1;                       // of the last good frame
   int64_t previous_ns_ = 0;
   int start_frames_ = 0, lost_frames_ = 0;
   std::vector<OdometryEvent> events_;
@@ -152,7 +153,7 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   const Vector6d correction =
       adjoint(frame.T_world_camera.inverse() * last_.T_world_camera) * correction_;
   m.covariance += correction * correction.transpose();
-  m.health = assessment.health;
+  m.health = health_ = assessment.health;
   judgePoints(frame, assessment.failed);
   if (recovered) note("relocalised", lost_frames_, "found again in the map");
 
@@ -186,7 +187,7 @@ void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> o
   if (!now_.pyramid) return;
   if (state_ == State::kStarting) return start(objects);
   if (state_ == State::kLost) return findByObjects(objects);
-  const MapUpdate changed = mapping_.update(last_, objects);
+  const MapUpdate changed = mapping_.update(last_, health_, objects);
   if (changed.adjusted) correction_ = log(T_world_reported_.inverse() * last_.T_world_camera);
   if (changed.stretched_by.empty()) return;
   velocity_.translation *= changed.stretched;

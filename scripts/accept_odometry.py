@@ -1,0 +1,85 @@
+"""The visual odometry: accuracy, scale, and that it knows when it is wrong."""
+
+import csv
+import math
+import tempfile
+from pathlib import Path
+
+from acceptance import render, run, tests
+
+
+def rotate(q, v):
+    x, y, z, w = q
+    t = [2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])]
+    return [v[0] + w * t[0] + y * t[2] - z * t[1], v[1] + w * t[1] + z * t[0] - x * t[2], v[2] + w * t[2] + x * t[1] - y * t[0]]
+
+
+def stamped(path):
+    rows = [l.split() for l in path.read_text().splitlines() if l and not l.startswith("#")]
+    return {round(float(r[0]), 4): ([float(v) for v in r[1:4]], [float(v) for v in r[4:8]]) for r in rows}
+
+
+def wrong_but_healthy(out, sequence):
+    """Share of frames called healthy with an error above 5 cm or 5 degrees, all measured from the start frame."""
+    estimates, truth = stamped(out / "camera_online.txt"), stamped(sequence / "groundtruth.txt")
+    with open(out / "frames.csv") as file:
+        healthy = {round(float(r["timestamp"]), 4) for r in csv.DictReader(file)
+                   if r["source"] == "odometry" and float(r["health"]) > 0}
+    if not estimates:
+        return 0.0
+    t0, q0 = truth[min(estimates)]
+    inverse = [-q0[0], -q0[1], -q0[2], q0[3]]
+    wrong = 0
+    for time_s, (t, q) in estimates.items():
+        if time_s not in healthy:
+            continue
+        true_t = rotate(inverse, [a - b for a, b in zip(truth[time_s][0], t0)])
+        axes = zip(*[[rotate(inverse, rotate(truth[time_s][1], e)), rotate(q, e)] for e in ([1, 0, 0], [0, 1, 0], [0, 0, 1])])
+        trace = sum(a * b for true_axis, axis in zip(*axes) for a, b in zip(true_axis, axis))
+        wrong += math.dist(t, true_t) > 0.05 or math.acos(max(-1, min(1, (trace - 1) / 2))) > math.radians(5)
+    return wrong / len(estimates)
+
+
+def sequence_of(work, scene, scenes):
+    name = Path(scene).name
+    if scenes and (scenes / name).exists():
+        return scenes / name
+    if not (work / f"{name}_sequence").exists():
+        render(work / f"{name}_sequence", scene=f"scenes/{scene}.yaml")
+    return work / f"{name}_sequence"
+
+
+def run_odometry(out, sequence, *arguments):
+    metrics = run(out, sequence, "--method", "vo", "--odometry", "vo", "--initial", "detect", *arguments)
+    return metrics, wrong_but_healthy(out, sequence)
+
+
+def add_arguments(parser):
+    parser.add_argument("--scenes", type=Path, metavar="DIR",
+                        help="sequences rendered before, DIR/orange_juice and so on; others are rendered while they are run")
+
+
+def measure(report, arguments):
+    with tempfile.TemporaryDirectory(prefix="diorama-accept-") as folder:
+        work = Path(folder)
+        for scene in [a + b for b in ("", "_occluded") for a in ("orange_juice", "pasta_box", "detergent")]:
+            metrics, wrong = run_odometry(work / scene, sequence_of(work, scene, arguments.scenes))
+            camera, free = metrics["camera"], "occluded" not in scene
+            report.limit(f"{scene}: start_frame", metrics["start_frame"], "<=", 45)
+            if free:
+                report.limit(f"{scene}: tracked_ratio", camera["tracked_ratio"], "==", 1)
+            report.limit(f"{scene}: ate_mean_m", camera["ate_mean_m"], "<=", 0.004 if free else 0.006)
+            scale = camera["sim3_scale"]
+            report.limit(f"{scene}: |sim3_scale - 1|", None if scale is None else abs(scale - 1), "<=", 0.006)
+            nees = camera["odometry_nees"]
+            report.line(f"{scene}: odometry_nees between 3 and 12", nees, nees is not None and 3 <= nees <= 12)
+            report.limit(f"{scene}: wrong but healthy", wrong, "<=", 0.005)
+        for scene in ("full_occlusion", "fast_motion", "rotation_only", "low_texture", "low_light", "lighting_change"):
+            _, wrong = run_odometry(work / scene, sequence_of(work, f"stress/{scene}", arguments.scenes))
+            report.limit(f"{scene}: wrong but healthy", wrong, "<=", 0.005)
+        paths = set()
+        for k in range(5):
+            run_odometry(work / f"again_{k}", sequence_of(work, "orange_juice", arguments.scenes), "--frames", "0:300")
+            paths.add((work / f"again_{k}/camera_online.txt").read_bytes())
+        report.limit("different camera paths in five runs", len(paths), "==", 1)
+    tests(report, "starts, losses, recoveries, degenerate input", "-R", "VisualOdometry")
