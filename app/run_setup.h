@@ -28,8 +28,7 @@ Method parseMethod(const std::string& name);
 void checkSupported(const RunArguments& arguments);
 
 // The odometry, and one tracker for each object, with its initial pose where that is asked for.
-// Throw InputError when the
-// input lacks what they need.
+// Throw InputError when the input lacks what they need.
 std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input,
                                        const RunOptions& options);
 std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const RunInput& input,
