@@ -14,7 +14,10 @@ constexpr int kMaxRange = 32;      // px; the paper's maximum error
 constexpr int kMaxCandidatesFound = 2 * kMaxRange + 1;
 constexpr double kImageMargin = 6;  // px; samples nearer to the outline are not looked for
 constexpr int kCell = 4;            // px
-constexpr int kTangentTaps = 1;     // on each side: profiles are averaged over 3 parallels
+// The extremum of a step with a ramp behind it moves by half the variance of the smoothing (pixel,
+// profile, derivative: some 1.5 px^2) times the ramp over the step.
+constexpr float kRampShift_px = 0.8f;
+constexpr int kTangentTaps = 1;  // on each side: profiles are averaged over 3 parallels
 
 bool stronger(const EdgeCandidate& a, const EdgeCandidate& b) {
   return std::abs(a.contrast.gradient) > std::abs(b.contrast.gradient);
@@ -26,24 +29,52 @@ double roomAlong(double x, double direction, double lowest, double highest) {
   return room <= 0 ? -1 : room / std::max(std::abs(direction), 1e-6);
 }
 
+// Sub-pixel place of the maximum that is uphill from i, a step away at most, by a parabola.
+template <class Value>
+float peakNear(int i, int first, int last, const Value& value) {
+  if (i < last && value(i + 1) > value(i) && value(i + 1) >= value(i - 1))
+    ++i;
+  else if (i > first && value(i - 1) > value(i))
+    --i;
+  const float l = value(i - 1), m = value(i), r = value(i + 1), curvature = l - 2 * m + r;
+  const float shift = curvature < -1e-6f * m ? 0.5f * (l - r) / curvature : 0;
+  return static_cast<float>(i) + std::clamp(shift, -0.5f, 0.5f);
+}
+
+// How much more the values go on rising behind a step at x than before it, over the step.
+template <class Value>
+float rampBehind(float x, int length, const Value& value) {
+  const auto at = [&](float place) {
+    const float inside = std::clamp(place, 0.f, static_cast<float>(length) - 1.001f);
+    const int k = static_cast<int>(inside);
+    return value(k) + (inside - static_cast<float>(k)) * (value(k + 1) - value(k));
+  };
+  const float before = at(x - 1), after = at(x + 1), step = after - before;
+  const float ramp = (at(x + 3) - after) - (before - at(x - 3));
+  return std::abs(ramp) >= std::abs(step) ? std::copysign(1.f, ramp * step) : ramp / step;
+}
+
 }  // namespace
 
 int findProfileEdges(const float* profile, int length, float min_gradient, EdgeCandidate* out,
                      int capacity) {
-  const auto derivative = [&](int i) {
-    // Smoothed central difference: a step of height h gives h / 2 at its place.
-    return (2 * (profile[i + 1] - profile[i - 1]) + profile[i + 2] - profile[i - 2]) / 6;
+  // Smoothed central difference: a step of height h gives h / 2 at its place.
+  const auto derivative = [&](int i, const auto& value) {
+    return (2 * (value(i + 1) - value(i - 1)) + value(i + 2) - value(i - 2)) / 6;
   };
-  const int middle = length / 2;
+  const auto light = [&](int i) { return profile[i] * profile[i]; };
+  const auto change = [&](int i) { return derivative(i, [&](int k) { return profile[k]; }); };
+  const auto light_change = [&](int i) { return std::abs(derivative(i, light)); };
+  const int middle = length / 2, last = length - 1 - kProfileMargin;
   int count = 0;
-  float left = derivative(2), here = derivative(3);
-  for (int i = kProfileMargin; i < length - kProfileMargin; ++i) {
-    const float right = derivative(i + 1);
-    const float m = std::abs(here), l = std::abs(left), r = std::abs(right);
-    if (m >= min_gradient && m >= l && m > r) {
-      const float curvature = l - 2 * m + r;
-      const float shift = curvature < -1e-6f ? 0.5f * (l - r) / curvature : 0;
-      const EdgeCandidate found{static_cast<double>(static_cast<float>(i - middle) + shift),
+  float left = change(2), here = change(3);
+  for (int i = kProfileMargin; i <= last; ++i) {
+    const float right = change(i + 1), m = std::abs(here);
+    if (m >= min_gradient && m >= std::abs(left) && m > std::abs(right)) {
+      const float peak = peakNear(i, kProfileMargin, last, light_change);
+      const float ramp = rampBehind(peak, length, light);
+      const float edge = peak - kRampShift_px * ramp;
+      const EdgeCandidate found{static_cast<double>(edge - static_cast<float>(middle)),
                                 {here, 0.5f * (profile[i - 2] + profile[i - 3]),
                                  0.5f * (profile[i + 2] + profile[i + 3])},
                                 true};

@@ -39,7 +39,10 @@ struct EdgeObservation {
 };
 
 // Sub-pixel places of intensity edges in a profile with a spacing of 1 px: extrema of the smoothed
-// derivative above min_gradient, refined by a parabola. The first and last 3 values are margin.
+// derivative above min_gradient. They are placed by the light, about the square of the grey values,
+// which pixels and motion blur mix linearly; a ramp on one side, a contact shadow or a rounded rim,
+// has drawn the extremum its way, and is allowed for (docs/adr/0010-edges-in-light.md). The first
+// and last 3 values are margin.
 // Appends at most `capacity` candidates, the strongest; offset 0 is the middle of the profile.
 int findProfileEdges(const float* profile, int length, float min_gradient, EdgeCandidate* out,
                      int capacity);

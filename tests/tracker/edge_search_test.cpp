@@ -49,18 +49,35 @@ double blurredStep(double distance_px, double sigma_px) {
   return 0.5 * (1 + std::erf(distance_px / (std::numbers::sqrt2 * sigma_px)));
 }
 
+// Pixels mix light; the grey value is about its root.
+float greyOf(double light) { return static_cast<float>(std::sqrt(light)); }
+
 TEST(ProfileEdges, SubPixelPlaceOfABlurredStep) {
   for (const double sigma : {0.7, 1.0, 1.6, 2.5})
     for (double place = -2; place <= 2; place += 0.1) {
       float profile[23];
       for (int i = 0; i < 23; ++i)
-        profile[i] = static_cast<float>(60 + 100 * blurredStep(i - 11 - place, sigma));
+        profile[i] = greyOf(60 * 60 + (160 * 160 - 60 * 60) * blurredStep(i - 11 - place, sigma));
       EdgeCandidate found[3];
       ASSERT_EQ(findProfileEdges(profile, 23, 6, found, 3), 1) << sigma << ' ' << place;
       EXPECT_NEAR(found[0].offset_px, place, 0.05) << sigma;
       EXPECT_GT(found[0].contrast.gradient, 0);
       EXPECT_GT(found[0].contrast.after, found[0].contrast.before);
     }
+}
+
+// A dark thing on a bright table, whose contact shadow fades over some pixels.
+TEST(ProfileEdges, ShadowBehindAStepDrawsItOnlyALittle) {
+  for (double place = -1; place <= 1; place += 0.1) {
+    float profile[23];
+    for (int i = 0; i < 23; ++i) {
+      const double x = i - 11 - place, table = 16000 * (0.7 + 0.3 * std::clamp(x / 5, 0.0, 1.0));
+      profile[i] = greyOf(2500 + (table - 2500) * blurredStep(x, 0.8));
+    }
+    EdgeCandidate found[3];
+    ASSERT_GE(findProfileEdges(profile, 23, 6, found, 3), 1) << place;
+    EXPECT_NEAR(found[0].offset_px, place, 0.25);
+  }
 }
 
 TEST(ProfileEdges, KeepsTheStrongest) {
@@ -75,7 +92,7 @@ TEST(ProfileEdges, KeepsTheStrongest) {
   ASSERT_EQ(findProfileEdges(profile, 41, 6, found, 3), 3);
   double sum = 0;
   for (const EdgeCandidate& c : found) sum += std::abs(c.offset_px);
-  EXPECT_NEAR(sum, 12, 0.2);  // -6, 0 and 6
+  EXPECT_NEAR(sum, 12, 0.5);  // -6, 0 and 6
   EdgeCandidate all[8];
   EXPECT_EQ(findProfileEdges(profile, 41, 6, all, 8), 5);
   EXPECT_EQ(findProfileEdges(profile, 41, 18, all, 8), 2);
@@ -92,7 +109,7 @@ TEST(ProfileEdges, FlatProfilesHaveNone) {
 // The sheet fills a half plane of the image whose outline is moved by `shift_px`, at any angle.
 class EdgeSearchAngle : public testing::TestWithParam<double> {};
 
-TEST_P(EdgeSearchAngle, FindsAnEdgeToATwentiethOfAPixel) {
+TEST_P(EdgeSearchAngle, FindsAnEdgeToATenthOfAPixel) {
   const TrackerOptions options;
   const EdgeModel model = makeEdgeModel(sheet(), options);
   const Camera camera(
@@ -109,14 +126,15 @@ TEST_P(EdgeSearchAngle, FindsAnEdgeToATwentiethOfAPixel) {
     for (int y = 0; y < 240; ++y)
       for (int x = 0; x < 320; ++x)
         image(x, y) = static_cast<uint8_t>(
-            60.5 + 120 * blurredStep(across.dot(Vector2d(x, y) - on_edge) - shift, 1.0));
+            0.5f +
+            greyOf(3600 + 28800 * blurredStep(across.dot(Vector2d(x, y) - on_edge) - shift, 1.0)));
     int count = 0;
     const std::vector<int> samples = search.visibleSamples(T);
     for (const EdgeObservation& o : search.search(image, T, samples, memory, 8)) {
       const EdgeSample& s = model.samples[static_cast<size_t>(o.sample)];
       if (s.p.y() < 0.099 || std::abs(s.p.x()) > 0.19) continue;
       ASSERT_EQ(o.candidate_count, 1);
-      EXPECT_NEAR(o.normal.dot(across) * o.candidates[0].offset_px, shift, 0.05);
+      EXPECT_NEAR(o.normal.dot(across) * o.candidates[0].offset_px, shift, 0.1);
       ++count;
     }
     EXPECT_GT(count, 8);
