@@ -7,6 +7,9 @@
 #include "tests/tracker/box_scene.h"
 #include "tracker/view_sphere.h"
 
+// Read by the thread sanitizer, which does not see how OpenCV's own threads wait for one another.
+extern "C" const char* __tsan_default_suppressions() { return "race:libopencv_\n"; }
+
 namespace diorama {
 namespace {
 
