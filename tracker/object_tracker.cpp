@@ -17,29 +17,10 @@
 #include "core/random.h"
 #include "tracker/direct_alignment.h"
 #include "tracker/edge_model.h"
-#include "tracker/edge_search.h"
-#include "tracker/health.h"
 #include "tracker/image_pyramid.h"
-#include "tracker/pose_solver.h"
-#include "tracker/texture_cue.h"
+#include "tracker/pose_refiner.h"
 
 namespace diorama {
-namespace {
-
-// Standard deviations of a direction that nothing was measured about.
-constexpr double kUnknownSigmaM = 1.0;
-constexpr double kUnknownSigmaRad = 1.0;
-
-// A pose with everything that was found out about it.
-struct Estimate {
-  SE3 T_camera_model;
-  Matrix6d covariance = Matrix6d::Identity();
-  CueEquations edges;
-  std::vector<EdgeObservation> observations;
-  TrackHealth health;
-};
-
-}  // namespace
 
 class EdgeTracker::Implementation {
  public:
@@ -55,34 +36,23 @@ class EdgeTracker::Implementation {
   std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
-  Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
-  Estimate refineStart(const SE3& start);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
-  double edgeScore(const SE3& T) const;
   void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
   ObjectMeasurement lose(const Frame& frame, const TrackHealth& health);
-  void remember(const Estimate& estimate);
-  void learnContrast(const std::vector<EdgeObservation>& observations);
   ObjectMeasurement report(const Frame& frame, const Estimate& estimate, bool good) const;
   ObjectMeasurement notClaimed(const Frame& frame, const std::string& reason) const;
 
-  double pixelMotion(const SE3& a, const SE3& b) const;
   SE3 toModel(const SE3& T_camera_object) const;
   SE3 toObject(const SE3& T_camera_model) const;
-  std::vector<int> searchRanges() const {
-    return {options_.wide_search_px, options_.narrow_search_px};
-  }
 
   const TrackerOptions options_;
   const std::string source_name_, object_name_;
   const Camera camera_;
   const std::shared_ptr<const RayQuery> rays_;
   const EdgeModel model_;
-  const EdgeSearch search_;
   DirectAlignment direct_;
-  TextureCue texture_;
+  PoseRefiner refiner_;
   ImagePyramid image_;
-  std::vector<Contrast> memory_;  // one per sample of the model
 
   State state_ = State::kWaiting;
   SE3 T_last_;      // T_camera_model of the last frame that was not lost
@@ -102,10 +72,8 @@ EdgeTracker::Implementation::Implementation(ObjectModel object, Camera camera,
       camera_(std::move(camera)),
       rays_(std::move(rays)),
       model_(makeEdgeModel(object.mesh, options_)),
-      search_(model_, camera_, *rays_, object_index, options_),
       direct_(model_, camera_, *rays_, object_index, options_),
-      texture_(model_, camera_, *rays_, object_index, options_),
-      memory_(model_.samples.size()) {
+      refiner_(model_, camera_, *rays_, object_index, options_) {
   if (model_.edges.empty())
     throw InputError(SourcePlace{object_name_}, "the mesh has no edges that can be seen",
                      "give a mesh with faces of non-zero area");
@@ -133,12 +101,13 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     return notClaimed(frame, "no pose to start from");
   }
   image_.build(frame.gray);
+  refiner_.setImage(frame.gray);
 
   const bool trusted = state_ == State::kTracking || (start && start->verified);
   const double needed = trusted ? options_.claim_health : options_.start_health;
   const SE3 predicted = predict(frame.timestamp_ns);
   Estimate estimate =
-      start ? refineStart(predicted) : refine(alignFromLast(predicted), searchRanges());
+      start ? refiner_.refineStart(predicted) : refiner_.refine(alignFromLast(predicted));
   bool good = estimate.health.value >= needed;
   if (!good && direct_.ready()) {
     Estimate rescued = rescue(predicted, static_cast<uint32_t>(frame.index));
@@ -159,7 +128,8 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
   if (const std::string problem = problemOf(frame, start); !problem.empty())
     return notClaimed(frame, problem);
   image_.build(frame.gray);
-  const Estimate estimate = refineStart(toModel(start.T_camera_object));
+  refiner_.setImage(frame.gray);
+  const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object));
   return report(frame, estimate, estimate.health.value >= options_.start_health);
 }
 
@@ -186,7 +156,8 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   last_ns_ = timestamp_ns;
   if (!good) return;
   T_good_ = T_last_;
-  remember(estimate);
+  direct_.setReference(image_, T_good_);
+  refiner_.remember(estimate);
 }
 
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
@@ -203,7 +174,7 @@ SE3 EdgeTracker::Implementation::alignFromLast(const SE3& predicted) {
   if (!direct_.ready()) return predicted;
   DirectAlignment::Result best = direct_.align(image_, predicted);
   const bool bad = usual_cost_ < 0 || best.cost > 1.5 * (usual_cost_ + 0.5);
-  if (bad && pixelMotion(best.T_camera_model, T_last_) > 4) {
+  if (bad && refiner_.pixelMotion(best.T_camera_model, T_last_) > 4) {
     const DirectAlignment::Result other = direct_.align(image_, T_last_);
     if (other.cost < best.cost) best = other;
   }
@@ -211,56 +182,10 @@ SE3 EdgeTracker::Implementation::alignFromLast(const SE3& predicted) {
                     ? best.cost
                     : usual_cost_ + 0.2 * (std::min(best.cost, 2 * usual_cost_ + 1) - usual_cost_);
   // It can lock onto a static textured occluder: after a large step the edges vote.
-  if (pixelMotion(best.T_camera_model, predicted) > options_.direct_vote_px &&
-      edgeScore(predicted) > edgeScore(best.T_camera_model) + 0.1)
+  if (refiner_.pixelMotion(best.T_camera_model, predicted) > options_.direct_vote_px &&
+      refiner_.edgeScore(predicted) > refiner_.edgeScore(best.T_camera_model) + 0.1)
     return predicted;
   return best.T_camera_model;
-}
-
-Estimate EdgeTracker::Implementation::refine(const SE3& start,
-                                             const std::vector<int>& search_ranges_px) {
-  Estimate estimate;
-  estimate.T_camera_model = start;
-  SE3& T = estimate.T_camera_model;
-  SE3 T_samples = start, T_texture = start;
-  std::vector<int> samples = search_.visibleSamples(T);
-  SolverLimits limits;
-  limits.iterations = options_.solver_iterations;
-  limits.damping = options_.damping;
-  limits.model_diameter = model_.diameter;
-  texture_.align(image_.level(0), T);
-
-  for (size_t round = 0; round < search_ranges_px.size(); ++round) {
-    const bool last = round + 1 == search_ranges_px.size();
-    if (pixelMotion(T, T_samples) > 4) samples = search_.visibleSamples(T_samples = T);
-    if (pixelMotion(T, T_texture) > 3) texture_.align(image_.level(0), T_texture = T);
-    estimate.observations =
-        search_.search(image_.level(0), T, samples, memory_, search_ranges_px[round]);
-    EdgeCue edges(model_, camera_, options_, estimate.observations,
-                  last ? options_.narrow_sigma_px : options_.wide_sigma_px);
-    Cue* const cues[] = {&edges, &texture_};
-    const PoseSolution solution = solvePose(T, cues, limits);
-    T = solution.T_camera_model;
-    estimate.edges = solution.cues[0];
-    estimate.covariance =
-        covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
-  }
-  estimate.observations = search_.search(image_.level(0), T, samples, memory_, kHealthRange);
-  estimate.health = assessHealth(samples.size(), estimate.observations, texture_, options_);
-  return estimate;
-}
-
-// A given start may be off by a hair or by many pixels, where a wide search finds too much: the
-// ranges that lead to the best agreement are right.
-Estimate EdgeTracker::Implementation::refineStart(const SE3& start) {
-  Estimate best = refine(start, searchRanges());
-  for (std::vector<int> ranges : {std::vector<int>{options_.start_search_px}, std::vector<int>{}}) {
-    ranges.push_back(ranges.empty() ? options_.narrow_search_px : options_.wide_search_px);
-    ranges.push_back(options_.narrow_search_px);
-    Estimate other = refine(start, ranges);
-    if (other.health.value > best.health.value) best = std::move(other);
-  }
-  return best;
 }
 
 // Random poses around the prediction and around the last pose are screened by their grey values
@@ -295,50 +220,7 @@ Estimate EdgeTracker::Implementation::rescue(const SE3& predicted, uint32_t fram
     const DirectAlignment::Result result = direct_.align(image_, start.T, coarse, coarse);
     if (result.cost < best.cost) best = result;
   }
-  return refine(direct_.align(image_, best.T_camera_model).T_camera_model, searchRanges());
-}
-
-// The share of visible samples with an edge nearby.
-double EdgeTracker::Implementation::edgeScore(const SE3& T) const {
-  const std::vector<int> samples = search_.visibleSamples(T);
-  if (samples.size() < static_cast<size_t>(options_.min_samples)) return 0;
-  int near = 0;
-  for (const EdgeObservation& o : search_.search(image_.level(0), T, samples, memory_, 4)) {
-    bool found = false;
-    for (int k = 0; k < o.candidate_count; ++k) {
-      const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
-      found |= c.like_before && std::abs(c.offset_px) < 2.5;
-    }
-    near += found;
-  }
-  return near / static_cast<double>(samples.size());
-}
-
-void EdgeTracker::Implementation::remember(const Estimate& estimate) {
-  learnContrast(estimate.observations);
-  direct_.setReference(image_, T_last_);
-  texture_.correctKeyframe(estimate.edges);
-  if (texture_.empty() || texture_.keyframeNeeded(T_last_))
-    texture_.setKeyframe(image_.level(0), T_last_, estimate.covariance);
-}
-
-void EdgeTracker::Implementation::learnContrast(const std::vector<EdgeObservation>& observations) {
-  constexpr float kRate = 0.3f;  // of a running mean over some three frames
-  for (const EdgeObservation& o : observations) {
-    const EdgeCandidate* nearest = nullptr;
-    for (int k = 0; k < o.candidate_count; ++k) {
-      const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
-      if (std::abs(c.offset_px) >= options_.inlier_px) continue;
-      if (!nearest || std::abs(c.offset_px) < std::abs(nearest->offset_px)) nearest = &c;
-    }
-    if (!nearest) continue;
-    const Contrast& seen = nearest->contrast;
-    Contrast& known = memory_[static_cast<size_t>(o.sample)];
-    const float rate = known.gradient == 0 ? 1 : kRate;
-    known.gradient += rate * (seen.gradient - known.gradient);
-    known.before += rate * (seen.before - known.before);
-    known.after += rate * (seen.after - known.after);
-  }
+  return refiner_.refine(direct_.align(image_, best.T_camera_model).T_camera_model);
 }
 
 ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame, const Estimate& estimate,
@@ -372,13 +254,6 @@ ObjectMeasurement EdgeTracker::Implementation::notClaimed(const Frame& frame,
   m.T_camera_object = toObject(T_last_);
   m.reason = reason;
   return m;
-}
-
-// About how far the projection moves between two poses, px.
-double EdgeTracker::Implementation::pixelMotion(const SE3& a, const SE3& b) const {
-  const double moved = (a.translation - b.translation).norm();
-  const double turned = std::numbers::sqrt2 * angleBetween(a.rotation, b.rotation);
-  return camera_.fx() / a.translation.z() * (moved + 0.35 * model_.diameter * turned);
 }
 
 SE3 EdgeTracker::Implementation::toModel(const SE3& T_camera_object) const {

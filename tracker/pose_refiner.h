@@ -1,0 +1,67 @@
+// Makes a pose agree with an image: rounds of search along the edges and robust Gauss-Newton with
+// the texture patches, and what the image says about the result.
+#pragma once
+
+#include <vector>
+
+#include "core/ray_query.h"
+#include "tracker/edge_model.h"
+#include "tracker/edge_search.h"
+#include "tracker/health.h"
+#include "tracker/image_pyramid.h"
+#include "tracker/pose_solver.h"
+#include "tracker/texture_cue.h"
+
+namespace diorama {
+
+// A pose with everything that was found out about it.
+struct Estimate {
+  SE3 T_camera_model;
+  Matrix6d covariance = Matrix6d::Identity();
+  CueEquations edges;
+  std::vector<EdgeObservation> observations;
+  TrackHealth health;
+};
+
+class PoseRefiner {
+ public:
+  // All references must outlive this object.
+  PoseRefiner(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
+              const TrackerOptions& options);
+
+  // The image that the calls below are about; must outlive them.
+  void setImage(const Image<uint8_t>& image) { image_ = &image; }
+
+  // One round of search for each range, from wide to narrow.
+  Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
+  Estimate refine(const SE3& start) { return refine(start, usualRanges()); }
+
+  // A given start may be off by a hair or by many pixels, where a wide search finds too much: the
+  // ranges that lead to the best agreement are right.
+  Estimate refineStart(const SE3& start);
+
+  // The share of visible samples with an edge nearby.
+  double edgeScore(const SE3& T_camera_model) const;
+
+  // Learns from a good estimate: the contrast of the edges, and new patches where they are needed.
+  void remember(const Estimate& estimate);
+
+  // About how far the projection moves between two poses, px.
+  double pixelMotion(const SE3& a, const SE3& b) const;
+
+ private:
+  std::vector<int> usualRanges() const {
+    return {options_.wide_search_px, options_.narrow_search_px};
+  }
+  void learnContrast(const std::vector<EdgeObservation>& observations);
+
+  const EdgeModel& model_;
+  const Camera& camera_;
+  const TrackerOptions& options_;
+  const EdgeSearch search_;
+  TextureCue texture_;
+  std::vector<Contrast> memory_;  // one per sample of the model
+  const Image<uint8_t>* image_ = nullptr;
+};
+
+}  // namespace diorama
