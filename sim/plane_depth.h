@@ -20,14 +20,14 @@ class PlaneDepth {
   simd::Float8 operator()(const CameraFrame& first, const CameraFrame& second,
                           const PacketRays& packet, const PacketHits& hits) {
     simd::Float8 depth = simd::splat(0.f);
-    auto todo = static_cast<unsigned>(simd::bits(hits.mask));
-    while (todo != 0) {
-      const int lane = __builtin_ctz(todo), triangle = hits.triangle[lane];
+    auto pending = static_cast<unsigned>(simd::bits(hits.mask));
+    while (pending != 0) {
+      const int lane = __builtin_ctz(pending), triangle = hits.triangle[lane];
       simd::Int8 lanes = hits.triangle == simd::splat(triangle);
       if (&first != &second) lanes &= laneY(lane) == 0 ? ~kSecondRow : kSecondRow;
       setTriangle(laneY(lane) == 0 ? first : second, static_cast<uint32_t>(triangle));
       depth = simd::select(lanes, onPlane(packet), depth);
-      todo &= ~static_cast<unsigned>(simd::bits(lanes));
+      pending &= ~static_cast<unsigned>(simd::bits(lanes));
     }
     // Seen edge-on the plane says nothing.
     const simd::Int8 agrees = simd::abs(depth - hits.t) <= 1e-3f * hits.t;

@@ -336,11 +336,11 @@ PacketHits hitsOf(const RenderScene& scene, const RayPacket& rays, Int8 ids) {
   hits.t = hits.u = hits.v = splat(0.f);
   hits.normal = simd::splat3(0, 0, 1);
   hits.triangle = hits.mask = splat(0);
-  unsigned todo = static_cast<unsigned>(simd::bits(ids > 0));
-  while (todo) {
-    const int id = ids[__builtin_ctz(todo)];
+  unsigned pending = static_cast<unsigned>(simd::bits(ids > 0));
+  while (pending) {
+    const int id = ids[__builtin_ctz(pending)];
     const Int8 lanes = ids == id;
-    todo &= ~static_cast<unsigned>(simd::bits(lanes));
+    pending &= ~static_cast<unsigned>(simd::bits(lanes));
     const PacketHits one = SingleTriangle(scene, static_cast<uint32_t>(id - 1)).plane(rays, lanes);
     hits.t = simd::select(one.mask, one.t, hits.t);
     hits.u = simd::select(one.mask, one.u, hits.u);

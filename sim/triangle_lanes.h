@@ -87,15 +87,15 @@ inline void spread(const RenderScene& scene, int triangle, Int8 lanes, TriangleL
 
 // One broadcast of a triangle's data per distinct triangle instead of gathers.
 inline void loadTriangles(const RenderScene& scene, const PacketHits& hits, TriangleLanes& out) {
-  unsigned todo = static_cast<unsigned>(simd::bits(hits.mask));
-  const int first = todo ? hits.triangle[__builtin_ctz(todo)] : 0;
+  unsigned pending = static_cast<unsigned>(simd::bits(hits.mask));
+  const int first = pending ? hits.triangle[__builtin_ctz(pending)] : 0;
   spread(scene, first, out);  // lanes without a hit get something harmless
-  todo &= ~static_cast<unsigned>(simd::bits(hits.triangle == splat(first)));
-  while (todo) {
-    const int triangle = hits.triangle[__builtin_ctz(todo)];
+  pending &= ~static_cast<unsigned>(simd::bits(hits.triangle == splat(first)));
+  while (pending) {
+    const int triangle = hits.triangle[__builtin_ctz(pending)];
     const Int8 lanes = hits.triangle == splat(triangle);
     spread(scene, triangle, lanes, out);
-    todo &= ~static_cast<unsigned>(simd::bits(lanes));
+    pending &= ~static_cast<unsigned>(simd::bits(lanes));
   }
 }
 

@@ -15,8 +15,8 @@ constexpr int kMaxCandidatesFound = 2 * kMaxRange + 1;
 constexpr double kImageMargin = 6;  // px; samples nearer to the outline are not looked for
 constexpr int kCell = 4;            // px
 // The extremum of a step with a ramp behind it moves by half the variance of the smoothing (pixel,
-// profile, derivative: some 1.5 px^2) times the ramp over the step.
-constexpr float kRampShift_px = 0.8f;
+// profile, derivative: 1 to 2 px^2) times the ramp over the step, which looks smaller from there.
+constexpr float kRampShift_px = 1;
 constexpr int kTangentTaps = 1;  // on each side: profiles are averaged over 3 parallels
 
 bool stronger(const EdgeCandidate& a, const EdgeCandidate& b) {
@@ -28,6 +28,9 @@ double roomAlong(double x, double direction, double lowest, double highest) {
   const double room = std::min(x - lowest, highest - x);
   return room <= 0 ? -1 : room / std::max(std::abs(direction), 1e-6);
 }
+
+// Cameras code about the root of the light.
+float lightOf(float grey) { return grey * grey; }
 
 // Sub-pixel place of the maximum that is uphill from i, a step away at most, by a parabola.
 template <class Value>
@@ -62,7 +65,7 @@ int findProfileEdges(const float* profile, int length, float min_gradient, EdgeC
   const auto derivative = [&](int i, const auto& value) {
     return (2 * (value(i + 1) - value(i - 1)) + value(i + 2) - value(i - 2)) / 6;
   };
-  const auto light = [&](int i) { return profile[i] * profile[i]; };
+  const auto light = [&](int i) { return lightOf(profile[i]); };
   const auto change = [&](int i) { return derivative(i, [&](int k) { return profile[k]; }); };
   const auto light_change = [&](int i) { return std::abs(derivative(i, light)); };
   const int middle = length / 2, last = length - 1 - kProfileMargin;
@@ -184,9 +187,9 @@ bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, const Co
     const float py = static_cast<float>(y) + static_cast<float>(i - half) * ny;
     float sum = 0;
     for (int k = -kTangentTaps; k <= kTangentTaps; ++k)
-      sum +=
-          sampleBilinear(image, px - static_cast<float>(k) * ny, py + static_cast<float>(k) * nx);
-    profile[i] = sum / (2 * kTangentTaps + 1);
+      sum += sampleBilinear(image, px - static_cast<float>(k) * ny, py + static_cast<float>(k) * nx,
+                            lightOf);
+    profile[i] = std::sqrt(sum / (2 * kTangentTaps + 1));
   }
 
   EdgeCandidate found[kMaxCandidatesFound];

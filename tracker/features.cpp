@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <opencv2/features2d.hpp>
 
 #include "core/errors.h"
@@ -39,8 +40,16 @@ Features extractSift(const Image<uint8_t>& image, int limit) {
   cv::Mat descriptors;
   cv::SIFT::create(limit, 3, kContrast, kEdge, kSigma)
       ->detectAndCompute(view, cv::noArray(), points, descriptors);
+  // OpenCV keeps all that are as strong as the weakest.
+  float weakest = std::numeric_limits<float>::infinity();
+  for (const cv::KeyPoint& point : points) weakest = std::min(weakest, point.response);
+  int surplus = static_cast<int>(points.size()) - limit;
   Features features;
   for (size_t i = 0; i < points.size(); ++i) {
+    if (surplus > 0 && points[i].response <= weakest) {
+      --surplus;
+      continue;
+    }
     features.points.push_back(
         {Vector2d(static_cast<double>(points[i].pt.x), static_cast<double>(points[i].pt.y)),
          kRadiusPerSize * static_cast<double>(points[i].size)});

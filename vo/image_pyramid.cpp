@@ -2,23 +2,12 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <utility>
 
 namespace diorama::vo {
 namespace {
 
 constexpr int kSmallestSide = 16;  // px: less holds no patch with its surroundings
-
-Image<uint8_t> halved(const Image<uint8_t>& image) {
-  Image<uint8_t> half(image.width / 2, image.height / 2);
-  for (int y = 0; y < half.height; ++y) {
-    const uint8_t* a = image.row(2 * y);
-    const uint8_t* b = image.row(2 * y + 1);
-    uint8_t* out = half.row(y);
-    for (int x = 0; x < half.width; ++x)
-      out[x] = static_cast<uint8_t>((a[2 * x] + a[2 * x + 1] + b[2 * x] + b[2 * x + 1] + 2) / 4);
-  }
-  return half;
-}
 
 }  // namespace
 
@@ -26,8 +15,11 @@ ImagePyramid::ImagePyramid(const Image<uint8_t>& image, int levels) {
   levels_.reserve(static_cast<size_t>(levels));
   levels_.push_back(image);
   while (static_cast<int>(levels_.size()) < levels &&
-         std::min(levels_.back().width, levels_.back().height) / 2 >= kSmallestSide)
-    levels_.push_back(halved(levels_.back()));
+         std::min(levels_.back().width, levels_.back().height) / 2 >= kSmallestSide) {
+    Image<uint8_t> half;
+    halve(levels_.back(), half);
+    levels_.push_back(std::move(half));
+  }
 }
 
 double imageNoise(const Image<uint8_t>& image) {

@@ -5,19 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/image.h"
-#include "core/types.h"
+#include "core/image_sampling.h"
 
 namespace diorama::vo {
-
-// Level l has pixels of 2^l x 2^l pixels of the image.
-inline double levelScale(int level) { return 1.0 / (1 << level); }
-inline Vector2d toLevel(const Vector2d& u_px, int level) {
-  return (u_px.array() + 0.5) * levelScale(level) - 0.5;
-}
-inline Vector2d fromLevel(const Vector2d& u_level, int level) {
-  return (u_level.array() + 0.5) / levelScale(level) - 0.5;
-}
 
 class ImagePyramid {
  public:
@@ -51,17 +41,6 @@ bool sampleBlock(const Image<uint8_t>& image, const Vector2d& centre, float* val
       values[r * N + c] = w00 * p[c] + w01 * p[c + 1] + w10 * q[c] + w11 * q[c + 1];
   }
   return true;
-}
-
-// One value; the caller has made sure that 0 <= x < width - 1, and y alike.
-inline float sampleBilinear(const Image<uint8_t>& image, float x, float y) {
-  const int xi = static_cast<int>(x), yi = static_cast<int>(y);
-  const float a = x - static_cast<float>(xi), b = y - static_cast<float>(yi);
-  const uint8_t* p = image.row(yi) + xi;
-  const uint8_t* q = p + image.width;
-  const float top = static_cast<float>(p[0]) + a * static_cast<float>(p[1] - p[0]);
-  const float bottom = static_cast<float>(q[0]) + a * static_cast<float>(q[1] - q[0]);
-  return top + b * (bottom - top);
 }
 
 }  // namespace diorama::vo

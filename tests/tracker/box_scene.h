@@ -136,10 +136,11 @@ struct BoxScene {
     size_t ray = 0;
     for (int y = 0; y < camera.height(); ++y)
       for (int x = 0; x < camera.width(); ++x) {
-        double sum = 0;
+        double light = 0;  // pixels mix light, of which grey values are the root
         for (int k = 0; k < kRays; ++k, ++ray)
-          sum += grey(origin, R_object_camera * directions[ray], subPixel(x, y, k));
-        frame.gray(x, y) = static_cast<uint8_t>(std::clamp(sum / kRays + 0.5, 0.0, 255.0));
+          light += std::pow(grey(origin, R_object_camera * directions[ray], subPixel(x, y, k)), 2);
+        frame.gray(x, y) =
+            static_cast<uint8_t>(std::clamp(std::sqrt(light / kRays) + 0.5, 0.0, 255.0));
       }
     return frame;
   }
