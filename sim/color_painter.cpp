@@ -20,7 +20,9 @@ float greatest(Float8 v) { return -least(-v); }
 
 }  // namespace
 
-bool ColorPainter::meet(Sight& sight) const {
+bool ColorPainter::meet(const RayPacket& rays, const PacketHits& hits, Sight& sight) const {
+  sight.rays = rays;
+  sight.hits = hits;
   if (!simd::bits(sight.hits.mask)) return false;
   shading::loadTriangles(scene, sight.hits, sight.triangles);
   sight.point = shading::viewedPoint(sight.triangles, sight.rays, sight.hits);
@@ -34,14 +36,16 @@ void ColorPainter::prefetch(const Sight& sight) const {
                            sight.level + 0.5f);
 }
 
-void ColorPainter::look(const PacketRays& packet, Sight& sight) const {
-  if (!meet(sight)) return;
+void ColorPainter::look(const PacketRays& packet, const RayPacket& rays, const PacketHits& hits,
+                        Sight& sight) const {
+  if (!meet(rays, hits, sight)) return;
   sight.level = shading::levelOfTwo(sight.triangles, sight.point, splat(packet.pixel));
   prefetch(sight);
 }
 
-void ColorPainter::look(const PacketRays& packet, float footprint, Sight& sight) const {
-  if (!meet(sight)) return;
+void ColorPainter::look(const PacketRays& packet, const RayPacket& rays, const PacketHits& hits,
+                        float footprint, Sight& sight) const {
+  if (!meet(rays, hits, sight)) return;
   sight.level = shading::middleLevel(sight.triangles, sight.point, splat(packet.pixel * footprint));
   prefetch(sight);
 }

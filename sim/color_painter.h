@@ -26,11 +26,13 @@ struct ColorPainter {
   LightView light;
   float brightest = 0;  // ExposureMotion::brightest
 
-  // What drawing a packet takes two steps for: between them the memory has time to answer. Fills
-  // `sight`, whose rays and hits are set, for sharp() or, with a footprint of a sample in pixels,
-  // for smooth().
-  void look(const PacketRays& packet, Sight& sight) const;
-  void look(const PacketRays& packet, float footprint, Sight& sight) const;
+  // The first of two steps that drawing a packet takes: between them the memory has time to answer.
+  // For sharp() or, with a footprint of a sample in pixels, for smooth(). `hits` are those of
+  // `rays`, the rays through the pixel centres.
+  void look(const PacketRays& packet, const RayPacket& rays, const PacketHits& hits,
+            Sight& sight) const;
+  void look(const PacketRays& packet, const RayPacket& rays, const PacketHits& hits,
+            float footprint, Sight& sight) const;
 
   // Pixels of a packet by one sharp sample in the middle of each.
   simd::Vector8 sharp(const PacketRays& packet, const Sight& sight) const;
@@ -46,7 +48,7 @@ struct ColorPainter {
                    const NearbyHits& closest) const;
 
  private:
-  bool meet(Sight& sight) const;
+  bool meet(const RayPacket& rays, const PacketHits& hits, Sight& sight) const;
   void prefetch(const Sight& sight) const;
 };
 

@@ -10,14 +10,15 @@
 #include "sim/candidate_triangles.h"
 #include "sim/moving_objects.h"
 #include "sim/narrow_triangles.h"
-#include "sim/nearby_hits.h"
 #include "sim/plane_depth.h"
 #include "sim/ray_table.h"
 #include "sim/row_cameras.h"
-#include "sim/shading.h"
 #include "sim/silhouettes.h"
+#include "sim/subframe.h"
+#include "sim/tile_motion.h"
 #include "sim/triangle_raster.h"
 #include "sim/truth_buffer.h"
+#include "sim/view_painter.h"
 #include "sim/wide_views.h"
 #include "sim/worker_pool.h"
 
@@ -50,36 +51,11 @@ Effort effortOf(RenderQuality quality) {
   DIORAMA_CHECK(!"a quality");
 }
 
-// A moment of the exposure.
-struct Subframe {
-  std::vector<SE3> T_layer_camera;
-  Vector2d shift_px = Vector2d::Zero();  // of the samples within the view's pixels
-  float weight = 1;
-};
-
-// How far sub-frame k of `count` is shifted: shifts fill the pixel evenly (R2 sequence) and cancel
-// in pairs, so that no edge moves.
-Vector2d shiftOf(int k, int count) {
-  const int pair = std::min(k, count - 1 - k);
-  if (2 * k + 1 == count) return Vector2d::Zero();
-  const auto fraction = [](double x) { return x - std::floor(x) - 0.5; };
-  const Vector2d shift(fraction(0.7548776662 * (pair + 1)), fraction(0.5698402910 * (pair + 1)));
-  return k == pair ? shift : -shift;
-}
-
 // What rests in the world, and each moving object in its own frame.
 std::vector<const RenderScene*> layersOf(const RenderScene& scene) {
   std::vector<const RenderScene*> layers = {&scene};
   for (const MovingObject& moving : scene.moving) layers.push_back(moving.scene.get());
   return layers;
-}
-
-std::vector<SE3> posesIn(const WideView& view, const Subframe& subframe) {
-  const SE3 T_view_camera{Eigen::Quaterniond(view.R_view_camera), Vector3d::Zero()};
-  std::vector<SE3> T_view_layer;
-  for (const SE3& T_layer_camera : subframe.T_layer_camera)
-    T_view_layer.push_back(T_view_camera * T_layer_camera.inverse());
-  return T_view_layer;
 }
 
 }  // namespace
@@ -107,11 +83,6 @@ struct RasterRenderer::State {
     for (const WideView& view : wide.views()) most = std::max(most, view.pinhole.*side);
     return most;
   }
-  Subframe subframeAt(const ExposureMotion& motion, double offset_s) const;
-  LightView lightOf(size_t layer) const {
-    if (!moving) return scene->lightView();
-    return layer == 0 ? moving->lightAround() : moving->lightOf(layer - 1);
-  }
   void drawIds(const Subframe& subframe);
   void markNarrow(const Subframe& subframe);
   void findTruth(int tile, const CameraFrame& frame);
@@ -123,9 +94,6 @@ struct RasterRenderer::State {
   bool mayHideNarrow(int x, int y) const;
   int subframeCount(const ExposureMotion& motion) const;
   void addColors(const Subframe& subframe, float brightest);
-  void addColors(size_t view, int row, const Subframe& subframe, float brightest);
-  Vector8 colorOf(Int8 shown, const std::vector<CameraFrame>& frames, Float8 x, Float8 y,
-                  Float8 pixel) const;
 
   std::shared_ptr<const RenderScene> scene;
   Camera camera;
@@ -154,7 +122,7 @@ RenderedFrame RasterRenderer::render(const ExposureMotion& motion) const {
   State& s = *state_;
   const RowCameras cameras(motion, s.camera.height());
   if (s.moving) s.moving->begin(motion, s.pool);
-  const Subframe middle = s.subframeAt(motion, 0);
+  const Subframe middle = subframeAt(*s.scene, motion, 0);
   s.drawIds(middle);
   s.markNarrow(middle);
   s.pool.run(s.table.tileCount(), [&](int tile) { s.findTruth(tile, cameras[0]); });
@@ -162,9 +130,7 @@ RenderedFrame RasterRenderer::render(const ExposureMotion& motion) const {
   for (size_t v = 0; v < s.colors.size(); ++v) s.colors[v].assign(s.ids[v].size(), LinearColor{});
   const int count = s.subframeCount(motion);
   for (int k = 0; k < count && count > 1; ++k) {
-    Subframe subframe = s.subframeAt(motion, motion.exposure_s * ((k + 0.5) / count - 0.5));
-    subframe.shift_px = shiftOf(k, count);
-    subframe.weight = 1.f / static_cast<float>(count);
+    const Subframe subframe = subframeOf(*s.scene, motion, k, count);
     s.drawIds(subframe);
     s.addColors(subframe, motion.brightest);
   }
@@ -178,15 +144,6 @@ RenderedFrame RasterRenderer::render(const ExposureMotion& motion) const {
       cameras, s.moving ? s.moving->cameras() : std::span<const RowCameras>{}, s.truth, s.pool);
   s.truth.copyTo(frame, s.camera.width(), s.camera.height());
   return frame;
-}
-
-Subframe RasterRenderer::State::subframeAt(const ExposureMotion& motion, double offset_s) const {
-  const SE3 T_world_camera = motion.T_world_camera(offset_s);
-  Subframe result{{T_world_camera}};
-  for (const MovingObject& object : scene->moving)
-    result.T_layer_camera.push_back(motion.T_world_object(object.object, offset_s).inverse() *
-                                    T_world_camera);
-  return result;
 }
 
 void RasterRenderer::State::drawIds(const Subframe& subframe) {
@@ -294,122 +251,25 @@ void RasterRenderer::State::traceMissed(int tile, const PacketRays& packet, int 
   triangle = simd::select(centers.mask, splat(-1), triangle);
 }
 
-// By the longest way in the image that the middles of the tiles go during the exposure.
+// By the longest way in the image during the exposure.
 int RasterRenderer::State::subframeCount(const ExposureMotion& motion) const {
   if (motion.exposure_s == 0 || effort.most_subframes == 1) return 1;
-  const SE3 T_world_camera = motion.T_world_camera(0);
-  const std::array<SE3, 2> T_end_camera = {
-      motion.T_world_camera(-motion.exposure_s / 2).inverse() * T_world_camera,
-      motion.T_world_camera(motion.exposure_s / 2).inverse() * T_world_camera};
   double longest = 0;
-  for (int tile = 0; moving && tile < table.tileCount(); ++tile)
-    longest = std::max(longest, moving->motionInTile(tile));
   for (int tile = 0; tile < table.tileCount(); ++tile) {
-    constexpr int kMiddle = kPacketsPerTile / 2 + 4;
-    const PacketRays& packet = table.packet(tile, kMiddle);
-    const float depth = truth.depth(table.packetX(tile, kMiddle), table.packetY(tile, kMiddle));
-    if (!(packet.valid & 1) || depth == 0) continue;
-    const Vector2d at(static_cast<double>(packet.x[0]), static_cast<double>(packet.y[0]));
-    const Vector3d point = static_cast<double>(depth) * at.homogeneous();
-    double way = 0;
-    for (const SE3& T : T_end_camera) {
-      const Vector3d p = T * point;
-      way += p.z() > 0 ? (p.head<2>() / p.z() - at).norm() : 1.0;
-    }
-    longest = std::max(longest, way / static_cast<double>(packet.pixel));
+    longest = std::max(longest, motionInTile(tile, motion, camera.height(), table, truth).way);
+    if (moving) longest = std::max(longest, moving->motionInTile(tile));
   }
-  return std::clamp(static_cast<int>(std::ceil(longest / effort.step_px)), 1,
-                    effort.most_subframes);
+  const double steps = std::ceil(longest / effort.step_px);
+  return static_cast<int>(std::clamp(steps, 1.0, static_cast<double>(effort.most_subframes)));
 }
 
 void RasterRenderer::State::addColors(const Subframe& subframe, float brightest) {
+  ViewPainter painter{layers, {moving ? moving->lightAround() : scene->lightView()}, brightest};
+  for (size_t k = 1; k < layers.size(); ++k) painter.lights.push_back(moving->lightOf(k - 1));
   for (size_t v = 0; v < colors.size(); ++v)
-    pool.run(wide.views()[v].pinhole.height / kPacketHeight,
-             [&](int row) { addColors(v, row * kPacketHeight, subframe, brightest); });
-}
-
-namespace {
-
-// Rays through pixels of a view against the triangles (+ 1) of a scene that they show; 0: none.
-PacketHits hitsOf(const RenderScene& scene, const RayPacket& rays, Int8 ids) {
-  PacketHits hits;
-  hits.t = hits.u = hits.v = splat(0.f);
-  hits.normal = simd::splat3(0, 0, 1);
-  hits.triangle = hits.mask = splat(0);
-  unsigned pending = static_cast<unsigned>(simd::bits(ids > 0));
-  while (pending) {
-    const int id = ids[__builtin_ctz(pending)];
-    const Int8 lanes = ids == id;
-    pending &= ~static_cast<unsigned>(simd::bits(lanes));
-    const PacketHits one = SingleTriangle(scene, static_cast<uint32_t>(id - 1)).plane(rays, lanes);
-    hits.t = simd::select(one.mask, one.t, hits.t);
-    hits.u = simd::select(one.mask, one.u, hits.u);
-    hits.v = simd::select(one.mask, one.v, hits.v);
-    hits.normal = simd::select(one.mask, one.normal, hits.normal);
-    hits.triangle = simd::select(one.mask, one.triangle, hits.triangle);
-    hits.mask |= one.mask;
-  }
-  return hits;
-}
-
-}  // namespace
-
-void RasterRenderer::State::addColors(size_t v, int row, const Subframe& subframe,
-                                      float brightest) {
-  const WideView& view = wide.views()[v];
-  const PinholeView& pinhole = view.pinhole;
-  const auto fx = static_cast<float>(pinhole.fx), fy = static_cast<float>(pinhole.fy);
-  const auto left = static_cast<float>(subframe.shift_px.x() - pinhole.cx),
-             top = static_cast<float>(subframe.shift_px.y() - pinhole.cy + row);
-  const Float8 columns = {0, 1, 2, 3, 0, 1, 2, 3}, rows = {0, 0, 0, 0, 1, 1, 1, 1};
-  const Float8 y = (rows + top) / fy, pixel = splat(1 / std::sqrt(fx * fy));
-  std::vector<CameraFrame> frames;  // of the view in each layer
-  for (const SE3& T_layer_camera : subframe.T_layer_camera)
-    frames.emplace_back(
-        T_layer_camera *
-        SE3{Eigen::Quaterniond(Matrix3d(view.R_view_camera.transpose())), Vector3d::Zero()});
-  const auto stride = static_cast<size_t>(pinhole.width);
-  const size_t first = static_cast<size_t>(row) * stride;
-  const uint8_t* needed = &view.needed[first / (kPacketWidth * kPacketHeight)];
-  for (int column = 0; column < pinhole.width; column += kPacketWidth) {
-    if (!*needed++) continue;
-    const size_t at = first + static_cast<size_t>(column);
-    Int8 shown;
-    std::memcpy(&shown, &ids[v][at], sizeof shown / 2);
-    std::memcpy(reinterpret_cast<char*>(&shown) + sizeof shown / 2, &ids[v][at + stride],
-                sizeof shown / 2);
-    const Float8 x = (columns + (left + static_cast<float>(column))) / fx;
-    const Vector8 color =
-        simd::min(colorOf(shown, frames, x, y, pixel), splat(brightest)) * splat(subframe.weight);
-    for (int lane = 0; lane < 8; ++lane) {
-      LinearColor& to = colors[v][at + static_cast<size_t>(laneX(lane)) +
-                                  static_cast<size_t>(laneY(lane)) * stride];
-      to.r += color.x[lane];
-      to.g += color.y[lane];
-      to.b += color.z[lane];
-    }
-  }
-}
-
-// What rays of directions (x, y, 1) see of the triangles with these ids.
-Vector8 RasterRenderer::State::colorOf(Int8 shown, const std::vector<CameraFrame>& frames, Float8 x,
-                                       Float8 y, Float8 pixel) const {
-  Vector8 color = simd::splat3(scene->sky);
-  int first = 0;
-  for (size_t k = 0; k < layers.size(); ++k) {
-    const RenderScene& layer = *layers[k];
-    const auto count = static_cast<int>(layer.triangles.size());
-    const Int8 in_layer = (shown > first) & (shown <= first + count);
-    if (simd::bits(in_layer)) {
-      const RayPacket rays = frames[k].rays(x, y);
-      const PacketHits hits = hitsOf(layer, rays, in_layer & (shown - first));
-      const Surface surface = shading::surfaceOfPixel(layer, lightOf(k), rays, hits, pixel);
-      color = simd::select(hits.mask, shading::radianceOf(layer, lightOf(k), rays, hits, surface),
-                           color);
-    }
-    first += count;
-  }
-  return color;
+    pool.run(wide.views()[v].pinhole.height / kPacketHeight, [&](int row) {
+      painter.addRows(wide.views()[v], row * kPacketHeight, subframe, ids[v], colors[v]);
+    });
 }
 
 }  // namespace diorama

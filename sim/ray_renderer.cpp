@@ -17,6 +17,7 @@
 #include "sim/sample_pattern.h"
 #include "sim/shading.h"
 #include "sim/silhouettes.h"
+#include "sim/tile_motion.h"
 #include "sim/truth_buffer.h"
 #include "sim/worker_pool.h"
 
@@ -58,11 +59,6 @@ size_t patternFor(double way_px) {
 
 }  // namespace
 
-// How far things go in the image during the exposure, px.
-struct TileMotion {
-  double way = 0, x = 0, y = 0;
-};
-
 struct RayRenderer::State {
   State(std::shared_ptr<const RenderScene> s, Camera c, RenderOptions o)
       : scene(std::move(s)),
@@ -85,14 +81,15 @@ struct RayRenderer::State {
   void traceTile(int tile, const RowCameras& cameras, const ExposureMotion& motion,
                  Image<Radiance>& radiance);
   void traceCenters(int tile, const RowCameras& cameras, TileHits& hits) const;
-  void keepTruth(int tile, const RowCameras& cameras, const TileHits& hits,
-                 Image<Radiance>* picture);
+  void keepTruth(int tile, int p, const RowCameras& cameras, const PacketHits& hits,
+                 PlaneDepth& planeDepth, Vector8* color);
+  void drawSharp(int tile, const RowCameras& cameras, const TileHits& hits,
+                 Image<Radiance>& radiance);
   void drawSmooth(int tile, const RowCameras& cameras, const TileHits& hits,
                   Image<Radiance>& radiance) const;
   void refineColors(int tile, Image<Radiance>& radiance) const;
   Vector8 colorAmongMoving(int tile, const PacketRays& packet, int y, size_t choice,
                            bool edge) const;
-  TileMotion motionInTile(int tile, const ExposureMotion& motion) const;
   void preparePatterns(const ExposureMotion& motion);
 
   std::shared_ptr<const RenderScene> scene;
@@ -145,10 +142,12 @@ void RayRenderer::State::traceTile(int tile, const RowCameras& cameras,
                                    const ExposureMotion& motion, Image<Radiance>& radiance) {
   TileHits hits;
   traceCenters(tile, cameras, hits);
-  keepTruth(tile, cameras, hits, draft() ? &radiance : nullptr);
-  if (draft()) return;
+  if (draft()) return drawSharp(tile, cameras, hits, radiance);
+  PlaneDepth planeDepth(*scene);
+  for (int p = 0; p < kPacketsPerTile; ++p)
+    keepTruth(tile, p, cameras, hits[static_cast<size_t>(p)], planeDepth, nullptr);
   TileMotion& there = motions[static_cast<size_t>(tile)];
-  there = motionInTile(tile, motion);
+  there = motionInTile(tile, motion, camera.height(), table, truth);
   if (moving) there.way = std::max(there.way, moving->motionInTile(tile));
   if (!movingIn(tile)) drawSmooth(tile, cameras, hits, radiance);
 }
@@ -171,69 +170,79 @@ void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, TileH
   }
 }
 
-void RayRenderer::State::keepTruth(int tile, const RowCameras& cameras, const TileHits& all_hits,
-                                   Image<Radiance>* picture) {
-  PlaneDepth planeDepth(*scene);
-  const ColorPainter paint = painter();
-  std::array<Sight, 2> sights;  // of this packet and the next one
-  const auto look = [&](int p) {
-    Sight& sight = sights[static_cast<size_t>(p & 1)];
-    sight.rays = cameras.rays(table.packet(tile, p), table.packetY(tile, p));
-    sight.hits = all_hits[static_cast<size_t>(p)];
-    paint.look(table.packet(tile, p), sight);
-  };
-  if (picture != nullptr) look(0);
-  for (int p = 0; p < kPacketsPerTile; ++p) {
-    const PacketRays& packet = table.packet(tile, p);
-    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    const PacketHits& hits = all_hits[static_cast<size_t>(p)];
-    Float8 depth = planeDepth(cameras[y], cameras[y + 1], packet, hits);
-    Int8 id = splat(0);
-    Int8 patch = simd::select(simd::maskOfBits(packet.valid), splat(TruthBuffer::kNothing),
-                              splat(TruthBuffer::kUnknown));
-    for (int lane = 0; lane < 8; ++lane) {
-      if (!hits.mask[lane]) continue;
-      const ShadingTriangle& triangle = scene->triangles[static_cast<size_t>(hits.triangle[lane])];
-      id[lane] = triangle.instance;
-      patch[lane] = triangle.patch;
-    }
-    Vector8 color;
-    if (picture != nullptr) {
-      if (p + 1 < kPacketsPerTile) look(p + 1);
-      color = paint.sharp(packet, sights[static_cast<size_t>(p & 1)]);
-    }
-    if (movingIn(tile)) {
-      MovingObjects::Centers nearest{simd::select(hits.mask, hits.t, splat(kInfinity)), depth, id,
-                                     splat(0)};
-      moving->traceCenters(tile, packet, y, nearest, picture != nullptr ? &color : nullptr);
-      depth = nearest.depth_m;
-      id = nearest.id;
-      patch = simd::select(nearest.mask, splat(TruthBuffer::kUnknown), patch);
-    }
-    truth.put(x, y, depth, id, patch, simd::select(hits.mask, hits.triangle, splat(-1)));
-    if (picture != nullptr) put(color, packet, x, y, *picture);
+// Where things move by themselves, a colour is theirs when they are nearer.
+void RayRenderer::State::keepTruth(int tile, int p, const RowCameras& cameras,
+                                   const PacketHits& hits, PlaneDepth& planeDepth, Vector8* color) {
+  const PacketRays& packet = table.packet(tile, p);
+  const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+  Float8 depth = planeDepth(cameras[y], cameras[y + 1], packet, hits);
+  Int8 id = splat(0);
+  Int8 patch = simd::select(simd::maskOfBits(packet.valid), splat(TruthBuffer::kNothing),
+                            splat(TruthBuffer::kUnknown));
+  for (int lane = 0; lane < 8; ++lane) {
+    if (!hits.mask[lane]) continue;
+    const ShadingTriangle& triangle = scene->triangles[static_cast<size_t>(hits.triangle[lane])];
+    id[lane] = triangle.instance;
+    patch[lane] = triangle.patch;
   }
+  if (movingIn(tile)) {
+    MovingObjects::Centers nearest{simd::select(hits.mask, hits.t, splat(kInfinity)), depth, id,
+                                   splat(0)};
+    moving->traceCenters(tile, packet, y, nearest, color);
+    depth = nearest.depth_m;
+    id = nearest.id;
+    patch = simd::select(nearest.mask, splat(TruthBuffer::kUnknown), patch);
+  }
+  truth.put(x, y, depth, id, patch, simd::select(hits.mask, hits.triangle, splat(-1)));
+}
+
+namespace {
+
+// Draws the packets of a tile, each looked up while the one before is drawn.
+template <class Look, class Draw>
+void drawAhead(const Look& look, const Draw& draw) {
+  std::array<Sight, 2> sights;
+  const auto of = [&](int p) -> Sight& { return sights[static_cast<size_t>(p & 1)]; };
+  look(0, of(0));
+  for (int p = 0; p < kPacketsPerTile; ++p) {
+    if (p + 1 < kPacketsPerTile) look(p + 1, of(p + 1));
+    draw(p, of(p));
+  }
+}
+
+}  // namespace
+
+void RayRenderer::State::drawSharp(int tile, const RowCameras& cameras, const TileHits& hits,
+                                   Image<Radiance>& radiance) {
+  const ColorPainter paint = painter();
+  PlaneDepth planeDepth(*scene);
+  const auto look = [&](int p, Sight& sight) {
+    const PacketRays& packet = table.packet(tile, p);
+    paint.look(packet, cameras.rays(packet, table.packetY(tile, p)), hits[static_cast<size_t>(p)],
+               sight);
+  };
+  drawAhead(look, [&](int p, const Sight& sight) {
+    const PacketRays& packet = table.packet(tile, p);
+    Vector8 color = paint.sharp(packet, sight);
+    keepTruth(tile, p, cameras, sight.hits, planeDepth, &color);
+    put(color, packet, table.packetX(tile, p), table.packetY(tile, p), radiance);
+  });
 }
 
 void RayRenderer::State::drawSmooth(int tile, const RowCameras& cameras, const TileHits& hits,
                                     Image<Radiance>& radiance) const {
   const ColorPainter paint = painter();
   const MovingPattern& pattern = patterns[patternFor(motions[static_cast<size_t>(tile)].way)];
-  std::array<Sight, 2> sights;  // of this packet and the next one
-  const auto look = [&](int p) {
-    Sight& sight = sights[static_cast<size_t>(p & 1)];
-    sight.rays = cameras.rays(table.packet(tile, p), table.packetY(tile, p));
-    sight.hits = hits[static_cast<size_t>(p)];
-    paint.look(table.packet(tile, p), pattern.rows(0).first.footprint, sight);
-  };
-  look(0);
-  for (int p = 0; p < kPacketsPerTile; ++p) {
-    if (p + 1 < kPacketsPerTile) look(p + 1);
-    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+  const auto look = [&](int p, Sight& sight) {
     const PacketRays& packet = table.packet(tile, p);
-    put(paint.smooth(packet, sights[static_cast<size_t>(p & 1)], pattern.rows(y)), packet, x, y,
-        radiance);
-  }
+    paint.look(packet, cameras.rays(packet, table.packetY(tile, p)), hits[static_cast<size_t>(p)],
+               pattern[0].footprint, sight);
+  };
+  drawAhead(look, [&](int p, const Sight& sight) {
+    const PacketRays& packet = table.packet(tile, p);
+    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+    put(paint.smooth(packet, sight, pattern.rows(y)), packet, x, y, radiance);
+  });
 }
 
 void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
@@ -252,37 +261,6 @@ void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
   };
   patterns = make(motion);
   if (moving) moving->preparePatterns(make);
-}
-
-// The longest ways, in pixels, that nine points of the tile go in the image during the exposure.
-TileMotion RayRenderer::State::motionInTile(int tile, const ExposureMotion& motion) const {
-  if (motion.exposure_s == 0) return {};
-  const double middle_s =
-      motion.rowOffset_s(table.packetY(tile, kPacketsPerTile / 2), camera.height());
-  const SE3 middle = motion.T_world_camera(middle_s);
-  const SE3 T_begin_middle =
-      motion.T_world_camera(middle_s - motion.exposure_s / 2).inverse() * middle;
-  const SE3 T_end_middle =
-      motion.T_world_camera(middle_s + motion.exposure_s / 2).inverse() * middle;
-  TileMotion longest;
-  for (int k = 0; k < 9; ++k) {
-    const int p = (k / 3) * 60 + (k % 3) * 3;  // packets at the corners, sides and middle
-    const PacketRays& packet = table.packet(tile, std::min(p, kPacketsPerTile - 1));
-    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    if (!(packet.valid & 1)) continue;
-    const float depth = truth.depth(x, y);
-    const double z = depth > 0 ? static_cast<double>(depth) : 1e3;
-    const Vector3d point =
-        z * Vector3d(static_cast<double>(packet.x[0]), static_cast<double>(packet.y[0]), 1);
-    const Vector3d a = T_begin_middle * point, b = T_end_middle * point;
-    if (a.z() < 1e-3 || b.z() < 1e-3) return {1e9, 1e9, 1e9};
-    const Vector2d way =
-        (a.head<2>() / a.z() - b.head<2>() / b.z()) / static_cast<double>(packet.pixel);
-    longest.way = std::max(longest.way, way.norm());
-    longest.x = std::max(longest.x, std::abs(way.x()));
-    longest.y = std::max(longest.y, std::abs(way.y()));
-  }
-  return longest;
 }
 
 // Pixels near outlines, creases and seams, and tiles in which something moves by itself.
