@@ -18,6 +18,7 @@
 #include "sim/shading.h"
 #include "sim/silhouettes.h"
 #include "sim/tile_motion.h"
+#include "sim/triangle_tiles.h"
 #include "sim/truth_buffer.h"
 #include "sim/worker_pool.h"
 
@@ -67,6 +68,7 @@ struct RayRenderer::State {
         table(camera),
         pool(o.threads),
         silhouettes(*scene, camera, table),
+        triangles(*scene, table),
         truth(table.paddedWidth(), table.paddedHeight()),
         motions(static_cast<size_t>(table.tileCount())) {
     if (!scene->moving.empty()) moving.emplace(scene, camera, table);
@@ -77,7 +79,6 @@ struct RayRenderer::State {
   LightView light() const { return moving ? moving->lightAround() : scene->lightView(); }
   ColorPainter painter() const { return {*scene, light(), brightest}; }
 
-  using TileHits = std::array<PacketHits, kPacketsPerTile>;
   void traceTile(int tile, const RowCameras& cameras, const ExposureMotion& motion,
                  Image<Radiance>& radiance);
   void traceCenters(int tile, const RowCameras& cameras, TileHits& hits) const;
@@ -98,6 +99,7 @@ struct RayRenderer::State {
   RayTable table;
   WorkerPool pool;
   SilhouetteTracer silhouettes;
+  TriangleTiles triangles;
   TruthBuffer truth;
   Patterns patterns;
   std::vector<TileMotion> motions;
@@ -117,6 +119,7 @@ RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
   const RowCameras cameras(motion, s.camera.height());
   if (s.moving) s.moving->begin(motion, s.pool);
   s.preparePatterns(motion);
+  if (!cameras.rolling()) s.triangles.sort(cameras[0], s.pool);
   s.pool.run(s.table.tileCount(),
              [&](int tile) { s.traceTile(tile, cameras, motion, frame.radiance); });
   if (!s.draft())
@@ -152,8 +155,10 @@ void RayRenderer::State::traceTile(int tile, const RowCameras& cameras,
   if (!movingIn(tile)) drawSmooth(tile, cameras, hits, radiance);
 }
 
-// Rays through the pixel centres, those of 4 x 4 pixels together.
+// Rays through the pixel centres; where every row has a camera of its own they are traced, those of
+// 4 x 4 pixels together.
 void RayRenderer::State::traceCenters(int tile, const RowCameras& cameras, TileHits& hits) const {
+  if (!cameras.rolling()) return triangles.meet(tile, hits);
   for (int pair = 0; pair < kPacketsPerTile / 2; ++pair) {
     const int upper = pair / kPacketsPerRow * 2 * kPacketsPerRow + pair % kPacketsPerRow;
     std::array<RayPacket, 2> rays;

@@ -117,6 +117,11 @@ inline Float8 log2Approximately(Float8 x) {
   return exponent + (splat(-1.f / 3) * m + splat(2.f)) * m - splat(5.f / 3);
 }
 
+inline float least(Float8 v) {
+  float result = v[0];
+  for (int i = 1; i < 8; ++i) result = v[i] < result ? v[i] : result;
+  return result;
+}
 inline float sum(Float8 v) {  // in a fixed order
   return ((v[0] + v[4]) + (v[1] + v[5])) + ((v[2] + v[6]) + (v[3] + v[7]));
 }

@@ -189,7 +189,7 @@ GroundTruth Simulator::State::truthOf(int index, RenderedFrame rendered) {
                              silhouette.outside});
   }
   if (options.truth.normal)
-    truth.normal = tracer.normals(FrameGeometry(scene, camera, index), pool);
+    truth.normal = tracer.normals(FrameGeometry(scene, camera, index), truth, pool);
   if (edge_tracer) truth.edges = edge_tracer->visible(FrameGeometry(scene, camera, index), pool);
   if (options.truth.flow && index + 1 < scene.frameCount())
     truth.flow = flow(index, index + 1, truth);

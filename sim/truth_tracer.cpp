@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <utility>
 
 #include "sim/scene_rays.h"
@@ -21,36 +23,49 @@ TruthTracer::TruthTracer(std::shared_ptr<const RenderScene> scene, const Camera&
     for (int x = 0; x < camera.width(); ++x) rays_(x, y) = camera.unproject(Vector2d(x, y));
 }
 
-Image<Normal> TruthTracer::normals(const FrameGeometry& frame, WorkerPool& pool) const {
+Image<Normal> TruthTracer::normals(const FrameGeometry& frame, const GroundTruth& truth,
+                                   WorkerPool& pool) const {
   Image<Normal> normals(rays_.width, rays_.height);
   pool.run(normals.height, [&](int y) {
-    for (int x = 0; x < normals.width; x += kRaysTogether) normalsOfPixels(frame, x, y, normals);
+    for (int x = 0; x < normals.width; x += kRaysTogether)
+      normalsOfPixels(frame, truth, x, y, normals);
   });
   return normals;
 }
 
-// Eight pixels of a row, so that their rays can be traced together.
-void TruthTracer::normalsOfPixels(const FrameGeometry& frame, int x0, int y,
-                                  Image<Normal>& normals) const {
+// Eight pixels of a row, so that their rays can be traced together. A ray that grazes an outline
+// may pass it on the other side than the one that gave the depth: then one beside it is taken.
+void TruthTracer::normalsOfPixels(const FrameGeometry& frame, const GroundTruth& truth, int x0,
+                                  int y, Image<Normal>& normals) const {
+  constexpr double kBeside = 2e-6;  // some 1/1000 px
+  constexpr std::array<std::array<double, 2>, 5> kTries = {
+      {{0, 0}, {kBeside, 0}, {-kBeside, 0}, {0, kBeside}, {0, -kBeside}}};
   const SE3 T_world_camera = frame.T_world_camera(y);
-  const int count = std::min(kRaysTogether, normals.width - x0);
-  TimedRays rays;
-  int active = 0;
-  for (int lane = 0; lane < count; ++lane) {
-    if (!rays_(x0 + lane, y)) continue;
-    rays[static_cast<size_t>(lane)] = {T_world_camera.translation,
-                                       T_world_camera.rotation * *rays_(x0 + lane, y),
-                                       static_cast<double>(y)};
-    active |= 1 << lane;
-  }
-  const SceneHits hits = closestHits(*scene_, frame, rays, active);
-  for (int lane = 0; lane < count; ++lane) {
-    const SceneHit& hit = hits[static_cast<size_t>(lane)];
-    if (hit.t == 0) continue;
-    const Vector3d n = T_world_camera.rotation.conjugate() * hit.normal.normalized();
-    const double side = n.dot(*rays_(x0 + lane, y)) > 0 ? -1 : 1;
-    normals(x0 + lane, y) = {static_cast<float>(side * n.x()), static_cast<float>(side * n.y()),
-                             static_cast<float>(side * n.z())};
+  int pending = 0;
+  for (int lane = 0; lane < std::min(kRaysTogether, normals.width - x0); ++lane)
+    pending |= (truth.depth_m(x0 + lane, y) > 0) << lane;
+  for (size_t k = 0; k < kTries.size() && pending != 0; ++k) {
+    TimedRays rays;
+    for (int lane = 0; lane < kRaysTogether; ++lane)
+      if (pending >> lane & 1)
+        rays[static_cast<size_t>(lane)] = {
+            T_world_camera.translation,
+            T_world_camera.rotation *
+                (*rays_(x0 + lane, y) + Vector3d(kTries[k][0], kTries[k][1], 0)),
+            static_cast<double>(y)};
+    const SceneHits hits = closestHits(*scene_, frame, rays, pending);
+    for (int lane = 0; lane < kRaysTogether; ++lane) {
+      const SceneHit& hit = hits[static_cast<size_t>(lane)];
+      const int x = x0 + lane;
+      if (!(pending >> lane & 1) || hit.instance != truth.instance_id(x, y) ||
+          std::abs(hit.t - truth.depth_m(x, y)) > 1e-3f * hit.t)
+        continue;
+      const Vector3d n = T_world_camera.rotation.conjugate() * hit.normal.normalized();
+      const double side = n.dot(*rays_(x, y)) > 0 ? -1 : 1;
+      normals(x, y) = {static_cast<float>(side * n.x()), static_cast<float>(side * n.y()),
+                       static_cast<float>(side * n.z())};
+      pending &= ~(1 << lane);
+    }
   }
 }
 

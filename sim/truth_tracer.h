@@ -17,8 +17,9 @@ class TruthTracer {
  public:
   TruthTracer(std::shared_ptr<const RenderScene> scene, const Camera& camera);
 
-  // Of what each pixel's ray meets, in the frame of the row's camera.
-  Image<Normal> normals(const FrameGeometry& frame, WorkerPool& pool) const;
+  // Of the surfaces whose depth `truth` has, in the frame of the row's camera.
+  Image<Normal> normals(const FrameGeometry& frame, const GroundTruth& truth,
+                        WorkerPool& pool) const;
 
   // From each pixel's surface point, as `truth` has it, to where it is in the other frame; whether
   // it is seen there is decided by a ray of that frame's.
@@ -26,7 +27,8 @@ class TruthTracer {
                  WorkerPool& pool) const;
 
  private:
-  void normalsOfPixels(const FrameGeometry& frame, int x0, int y, Image<Normal>& normals) const;
+  void normalsOfPixels(const FrameGeometry& frame, const GroundTruth& truth, int x0, int y,
+                       Image<Normal>& normals) const;
   void flowOfPixels(const FrameGeometry& from, const FrameGeometry& to, const GroundTruth& truth,
                     int x0, int y, FlowField& field) const;
 

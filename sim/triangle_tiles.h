@@ -1,0 +1,38 @@
+// What the rays through the pixel centres of one camera meet: the triangles are sorted into the
+// tiles that they may touch, and tested there with each pixel's own ray. In the plane of the ray
+// directions (x, y, 1) edges stay straight whatever the lens does, and triangles that reach behind
+// the camera need no clipping (M. Olano, T. Greer, Triangle Scan Conversion using 2D Homogeneous
+// Coordinates, 1997).
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "sim/bvh.h"
+#include "sim/ray_table.h"
+#include "sim/render_scene.h"
+#include "sim/row_cameras.h"
+#include "sim/worker_pool.h"
+
+namespace diorama {
+
+using TileHits = std::array<PacketHits, kPacketsPerTile>;
+
+class TriangleTiles {
+ public:
+  // Scene and table must outlive it.
+  TriangleTiles(const RenderScene& scene, const RayTable& table);
+  ~TriangleTiles();
+
+  // Sorts the triangles for a camera.
+  void sort(const CameraFrame& camera, WorkerPool& pool);
+  // The nearest hits of a tile's rays; distances are depths. From any thread, once the triangles are
+  // sorted.
+  void meet(int tile, TileHits& hits) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace diorama
