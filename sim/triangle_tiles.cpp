@@ -93,8 +93,9 @@ struct Linear {
   }
 };
 
-// A triangle as the rays (x, y, 1) of the camera see it. The weights are those of its corners over
-// the depth: a ray meets it where none is negative.
+// A triangle as the rays (x, y, 1) of the camera see it: a ray meets it where none of the weights,
+// which are proportional to those of the corners, is negative. At a common edge the weights of two
+// triangles differ in their sign only, to the last bit, so that no ray slips through.
 struct Placed {
   Linear weight0, weight1, weight2, inverse_depth;
   Box box;
@@ -233,8 +234,9 @@ PacketHits hitsOf(const RenderScene& scene, const std::vector<const Placed*>& li
     const int place = nearest.place[__builtin_ctz(pending)];
     const Placed& t = *list[static_cast<size_t>(place)];
     const Int8 lanes = nearest.place == splat(place);
-    hits.u = simd::select(lanes, t.weight1(x, y) * hits.t, hits.u);
-    hits.v = simd::select(lanes, t.weight2(x, y) * hits.t, hits.v);
+    const Float8 w1 = t.weight1(x, y), w2 = t.weight2(x, y), sum = t.weight0(x, y) + w1 + w2;
+    hits.u = simd::select(lanes, w1 / sum, hits.u);
+    hits.v = simd::select(lanes, w2 / sum, hits.v);
     hits.triangle = simd::select(lanes, splat(static_cast<int>(t.triangle)), hits.triangle);
     hits.normal = simd::select(lanes, simd::splat3(normalOf(scene, t.triangle)), hits.normal);
     pending &= ~static_cast<unsigned>(simd::bits(lanes));
@@ -412,12 +414,13 @@ void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& 
     placed.box = boxAround(std::array<std::reference_wrapper<const Corner>, 3>{c0, c1, c2});
     if (!placed.box.touches(image)) continue;
     const Vector3d normal = (c1.p - c0.p).cross(c2.p - c0.p);
-    const double volume = normal.dot(c0.p), scale = 1 / volume;
+    const double volume = normal.dot(c0.p);
     if (volume == 0) continue;  // edge-on
-    placed.weight0 = Linear(scale * c1.p.cross(c2.p));
-    placed.weight1 = Linear(scale * c2.p.cross(c0.p));
-    placed.weight2 = Linear(scale * c0.p.cross(c1.p));
-    placed.inverse_depth = Linear(scale * normal);
+    const double side = volume > 0 ? 1 : -1;
+    placed.weight0 = Linear(side * c1.p.cross(c2.p));
+    placed.weight1 = Linear(side * c2.p.cross(c0.p));
+    placed.weight2 = Linear(side * c0.p.cross(c1.p));
+    placed.inverse_depth = Linear(normal / volume);
     placed.triangle = triangle;
     addToTiles(part, placed);
   }

@@ -91,7 +91,7 @@ TEST_P(RendererAgreement, OnFramesOfTheCartonOnTheDesk) {
               GetParam(), inside, inside - same_id, apart, 1e3 * worst_m);
   EXPECT_GT(inside, 0.7 * kFrames * scene.camera.width * scene.camera.height);
   EXPECT_GE(static_cast<double>(same_id), 0.999 * static_cast<double>(inside));
-  EXPECT_EQ(apart, 0);
+  EXPECT_LE(static_cast<double>(apart), 1e-6 * static_cast<double>(inside));  // rays along an edge
 }
 
 }  // namespace
