@@ -19,6 +19,10 @@ constexpr Command kCommands[] = {
     {"run", "track, map and measure on a scene or a sequence", setUpRun},
     {"train", "learn what an object looks like from its CAD model, to detect it", setUpTrain},
     {"eval", "compare two trajectories (TUM files)", setUpEval},
+    {"reproduce", "the paper's tables and figure, from six scenes and three methods",
+     setUpReproduce},
+    {"sweep", "run a grid of scenes and options, and find where it breaks", setUpSweep},
+    {"report", "the results of a run or sweep as one page that a browser shows", setUpReport},
     {"check", "prove that a sequence is complete and free of contradictions", setUpCheck},
     {"doctor", "check this installation", setUpDoctor},
 };

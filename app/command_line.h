@@ -19,6 +19,9 @@ std::function<int()> setUpRender(CLI::App& app);
 std::function<int()> setUpRun(CLI::App& app);
 std::function<int()> setUpTrain(CLI::App& app);
 std::function<int()> setUpEval(CLI::App& app);
+std::function<int()> setUpReproduce(CLI::App& app);
+std::function<int()> setUpSweep(CLI::App& app);
+std::function<int()> setUpReport(CLI::App& app);
 std::function<int()> setUpCheck(CLI::App& app);
 std::function<int()> setUpDoctor(CLI::App& app);
 

@@ -57,7 +57,10 @@ std::string toJson(const Metrics& metrics) {
 }
 
 Metrics metricsFromJson(const std::filesystem::path& file) {
-  const std::string content = readFile(file);
+  return metricsFromText(readFile(file), file);
+}
+
+Metrics metricsFromText(const std::string& content, const std::filesystem::path& file) {
   try {
     const Json json = Json::parse(content);
     Metrics metrics;

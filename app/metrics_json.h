@@ -14,6 +14,8 @@ std::string toJson(const Metrics& metrics);
 
 // Reads metrics.json back; throws MissingInputError or InputError.
 Metrics metricsFromJson(const std::filesystem::path& file);
+// The same from a text that stands in that file.
+Metrics metricsFromText(const std::string& content, const std::filesystem::path& file);
 
 // `METRIC>=VALUE` (also <=, >, <, ==, !=). METRIC is a dotted path (camera.ate_mean_m), or a last
 // name that stands for all places where it occurs (success_5cm_5deg: of every object).

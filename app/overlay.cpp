@@ -10,7 +10,13 @@ namespace diorama {
 namespace {
 
 const cv::Scalar kTruthColor(235, 60, 215);  // RGB
-const cv::Scalar kClaimedColor(70, 255, 90);
+const cv::Scalar kObjectColors[] =
+    {  // held by the tracker; as in the report (eval/report/report.css)
+        {75, 240, 105},
+        {79, 198, 240},
+        {179, 156, 255},
+        {237, 163, 94},
+        {195, 210, 74}};
 const cv::Scalar kPredictedColor(255, 190, 40);  // the tracker does not hold the object
 const cv::Scalar kTextColor(245, 245, 245);
 constexpr double kPieceLength_px = 6;
@@ -113,11 +119,13 @@ struct OverlayPainter::Impl {
     const int right = picture.cols - 8 - static_cast<int>(textWidth(truth));
     drawText(picture, truth, right, y, kTruthColor);
     drawText(picture, estimate, right - 14 - static_cast<int>(textWidth(estimate)), y,
-             kClaimedColor);
+             kObjectColors[0]);
     for (size_t i = 0; i < objects.size(); ++i) {
       y += line_height;
       drawText(picture, objectLine(names[i], objects[i]), 8, y,
-               objects[i].claimed ? kTextColor : kPredictedColor);
+               !objects[i].claimed  ? kPredictedColor
+               : objects.size() > 1 ? kObjectColors[i % std::size(kObjectColors)]
+                                    : kTextColor);
     }
   }
 };
@@ -150,7 +158,7 @@ Image<Rgb8> OverlayPainter::paint(const Frame& frame, const std::string& title,
       drawPieces(picture, impl_->visiblePieces(i, *object.T_camera_object_true), kTruthColor, 2);
     if (object.T_camera_object)
       drawPieces(picture, impl_->visiblePieces(i, *object.T_camera_object),
-                 object.claimed ? kClaimedColor : kPredictedColor, 1);
+                 object.claimed ? kObjectColors[i % std::size(kObjectColors)] : kPredictedColor, 1);
   }
   impl_->drawPanel(picture, title, objects);
   return out;

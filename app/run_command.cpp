@@ -1,14 +1,18 @@
 #include <sys/resource.h>
 
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "app/command_line.h"
+#include "app/command_text.h"
 #include "app/metrics_json.h"
 #include "app/output_folder.h"
 #include "app/overlay.h"
 #include "app/prefetcher.h"
 #include "app/progress.h"
+#include "app/run_journal.h"
 #include "app/run_recorder.h"
+#include "app/run_report.h"
 #include "app/run_setup.h"
 #include "app/video_writer.h"
 #include "app/workers.h"
@@ -67,10 +71,27 @@ double peakMemoryMb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
+// What was expected, and whether it came; for the report.
+std::string verdictJson(const RunArguments& arguments, const Metrics& metrics) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const std::string& text : arguments.expects) {
+    const std::string missed = Expectation(text).missed(metrics);
+    list.push_back({{"text", text}, {"met", missed.empty()}, {"detail", missed}});
+  }
+  return list.dump(2) + "\n";
+}
+
+void writeReport(const RunArguments& arguments, const Metrics& metrics) {
+  const fs::path folder = arguments.output;
+  writeFileAtomically(folder / "verdict.json", verdictJson(arguments, metrics));
+  if (!arguments.no_report) writeRunReport({folder}, folder / "report.html");
+}
+
 int reportMetrics(const RunArguments& arguments, const Metrics& metrics) {
+  const fs::path folder = arguments.output;
   std::fputs(formatMetrics(metrics).c_str(), stdout);
-  if (!arguments.no_video)
-    std::printf("overlay: %s\n", (fs::path(arguments.output) / "overlay.mp4").c_str());
+  if (!arguments.no_video) std::printf("overlay: %s\n", (folder / "overlay.mp4").c_str());
+  if (!arguments.no_report) std::printf("report: %s\n", (folder / "report.html").c_str());
   int code = kExitDone;
   for (const std::string& text : arguments.expects) {
     const std::string missed = Expectation(text).missed(metrics);
@@ -99,6 +120,7 @@ struct Session {
                  method == Method::kEbt ? nullptr : makeOdometry(arguments, input, options),
                  options.mapper, makeDetector(arguments, input, options, rays), options.pipeline),
         recorder(method, models),
+        journal(models),
         painter(input.source->camera(), models, rays) {}
 
   Method method;
@@ -106,6 +128,7 @@ struct Session {
   std::shared_ptr<const RayQuery> rays;
   Pipeline pipeline;
   RunRecorder recorder;
+  RunJournal journal;
   OverlayPainter painter;
 };
 
@@ -130,6 +153,7 @@ Metrics processFrames(const RunArguments& arguments, const RunInput& input,
         static_cast<int>(i);  // the same for a scene and for the sequence made from it
     const FrameResult result = session.pipeline.process(next.frame);
     recorder.add(frames[i], next.frame.timestamp_ns, result, next.truth);
+    session.journal.add(frames[i], next.frame.timestamp_ns, result, next.truth);
     if (video)
       video->add(session.painter.paint(next.frame,
                                        arguments.method + "  frame " + std::to_string(frames[i]),
@@ -139,6 +163,8 @@ Metrics processFrames(const RunArguments& arguments, const RunInput& input,
 
   const Pipeline::Final final = session.pipeline.finish();
   recorder.write(folder, final);
+  session.journal.write(folder);
+  writeFileAtomically(folder / "command.txt", shellLine(repeatCommand(arguments)) + "\n");
   if (video) video->finish();
   Metrics metrics = recorder.metrics(final);
   metrics.scene = input.name;
@@ -187,10 +213,15 @@ int run(const RunArguments& arguments) {
   const fs::path metrics_file = folder / "metrics.json";
   OutputRequest request{folder, "run.yaml", "metrics.json",
                         recipe(arguments, input, frames, options)};
-  if (prepareOutput(request) == OutputState::kComplete)
-    return reportMetrics(arguments, metricsFromJson(metrics_file));
+  if (prepareOutput(request) == OutputState::kComplete) {
+    const Metrics metrics = metricsFromJson(metrics_file);
+    const bool judged_anew = !arguments.expects.empty();
+    if (judged_anew || !fs::exists(folder / "report.html")) writeReport(arguments, metrics);
+    return reportMetrics(arguments, metrics);
+  }
   const Metrics metrics = processOrUndo(arguments, input, frames, session);
   writeFileAtomically(metrics_file, toJson(metrics));
+  writeReport(arguments, metrics);
   return reportMetrics(arguments, metrics);
 }
 
@@ -223,6 +254,7 @@ std::function<int()> setUpRun(CLI::App& app) {
   app.add_option("--expect", arguments->expects, "'METRIC>=VALUE': exit code 1 when it is missed")
       ->allow_extra_args(false);
   app.add_flag("--no-video", arguments->no_video, "write no overlay.mp4");
+  app.add_flag("--no-report", arguments->no_report, "write no report.html");
   return [arguments] { return run(*arguments); };
 }
 

@@ -95,6 +95,8 @@ std::unique_ptr<ObjectDetector> makeDetector(const RunArguments& arguments, cons
                                             options.detector, options.tracker);
 }
 
+std::string programCommit() { return DIORAMA_COMMIT; }
+
 // Everything that decides the results; kept in run.yaml.
 std::string recipe(const RunArguments& arguments, const RunInput& input,
                    const std::vector<int>& frames, const RunOptions& options) {

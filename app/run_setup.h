@@ -20,7 +20,7 @@ struct RunArguments {
   std::vector<std::string> sets, expects;
   std::optional<uint64_t> seed;
   int every = 1;
-  bool no_video = false;
+  bool no_video = false, no_report = false;
 };
 
 // Throws UsageError.
@@ -40,6 +40,9 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
 std::unique_ptr<ObjectDetector> makeDetector(const RunArguments& arguments, const RunInput& input,
                                              const RunOptions& options,
                                              const std::shared_ptr<const RayQuery>& rays);
+
+// The commit that this program was built from.
+std::string programCommit();
 
 // Everything that decides the results, as YAML: the content of run.yaml.
 std::string recipe(const RunArguments& arguments, const RunInput& input,

@@ -30,6 +30,23 @@ std::vector<std::string> shellLines(const fs::path& page) {
   return lines;
 }
 
+// Blocks whose first line is `# file: NAME` are files that the page tells its reader to write.
+void writeFilesOf(const fs::path& page, const fs::path& folder) {
+  std::string name, content;
+  bool inside = false;
+  for (std::string_view line : split(readFile(page), '\n')) {
+    if (line.starts_with("```")) {
+      if (!name.empty()) writeFileAtomically(folder / name, content);
+      inside = !inside;
+      name.clear();
+      content.clear();
+    } else if (inside && content.empty() && line.starts_with("# file: ")) {
+      name = std::string(trim(line.substr(8)));
+    }
+    if (inside && !line.starts_with("```")) content += std::string(line) + "\n";
+  }
+}
+
 TEST(Documentation, EveryCommandWorks) {
   const test::TemporaryFolder folder;
   const fs::path root = DIORAMA_SOURCE_DIR, work = folder / "work";
@@ -41,6 +58,7 @@ TEST(Documentation, EveryCommandWorks) {
     if (entry.path().extension() == ".md") pages.push_back(entry.path());
   int count = 0;
   for (const fs::path& page : pages) {
+    writeFilesOf(page, work);
     for (std::string line : shellLines(page)) {
       SCOPED_TRACE(page.string() + ": " + line);
       if (line == "scripts/demo" || line.starts_with("scripts/test") ||
