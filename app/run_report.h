@@ -3,8 +3,8 @@
 // The data of the page is JSON: {kind: "run", runs: [RUN...]}, RUN = {name, folder, metrics
 // (metrics.json), command, verdict ([{text, met, detail}]), options ([[key, value, usual value]]),
 // world ("truth" or "estimate": in whose frame the poses are, z up), frame [..], t_s [..],
-// camera {estimated, true: [pose..], error_m [..]}, objects [{name, mesh, estimated, true: [pose..],
-// error_m, error_rad, held, health, visible, ellipsoid: [..]}, map: {pose, ellipsoid}],
+// camera {estimated, true: [pose..], error_m [..]}, objects [{name, mesh, estimated, true:
+// [pose..], error_m, error_rad, held, health, visible, ellipsoid: [..]}, map: {pose, ellipsoid}],
 // odometry {health [..]}, events [{t_s, source, event, value, reason}], timing {odometry_ms, ...},
 // worst [{frame, t_s, object, error_m, picture}], points [x, y, z, ...], video}. A list has one
 // entry per frame, null where nothing is known; a pose is [x, y, z, qx, qy, qz, qw]; an ellipsoid

@@ -149,5 +149,5 @@ def measure(report, arguments):
         if not arguments.quick:
             occlusion(report, kept)
     tests(report, "report in headless Chromium", "-R", "report_in_browser")
-    tests(report, "eval equals the definitions of evo", "-R", "TrajectoryErrors|Alignment")
+    tests(report, "eval equals the definitions of evo", "-R", "TrajectoryErrors|Umeyama")
     tests(report, "every command of the docs", "-R", "Documentation")

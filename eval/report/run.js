@@ -153,7 +153,7 @@ const viewerControls = (viewer, runs, under) => {
     apply(useful);
     under.append(el("label", {}, slider, " ", text));
   }
-  under.append(el("span", { class: "end" }, `grid ${viewer.gridStep_m >= 1 ? `${viewer.gridStep_m} m` : `${Math.round(100 * viewer.gridStep_m)} cm`}`), el("button", { class: "layer", type: "button", onclick: () => viewer.reset() }, "Reset view"));
+  under.append(el("span", { class: "end" }, `grid ${viewer.gridStep_m >= 1 ? `${viewer.gridStep_m} m` : `${Math.round(100 * viewer.gridStep_m)} cm`}`, "  ", el("button", { class: "layer", type: "button", onclick: () => viewer.reset() }, "Reset view")));
 };
 
 const buildTransport = (run, timeline) => {

@@ -125,7 +125,7 @@ class Viewer {
   }
 
   ball(color) {
-    const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 28, 18), new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.42, depthWrite: false, depthTest: false }));
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 28, 18), new THREE.MeshBasicMaterial({ color, transparent: true, opacity: 0.62, depthWrite: false, depthTest: false }));
     ball.renderOrder = 2;  // also within the objects
     ball.visible = false;
     return ball;
@@ -201,7 +201,7 @@ class Viewer {
       }
     if (!sizes.length) return null;
     sizes.sort((a, b) => a - b);
-    return Math.max(1, Math.min(300, 0.02 / Math.max(1e-6, 3 * sizes[sizes.length >> 1])));
+    return Math.max(1, Math.min(300, 0.045 / Math.max(1e-6, 3 * sizes[sizes.length >> 1])));
   }
 
   reset() {
