@@ -29,8 +29,11 @@ bool terminalWanted() {
   return ::isatty(STDERR_FILENO) && !(no_color && *no_color);
 }
 
-Progress::Progress(std::string title, int total)
-    : title_(std::move(title)), total_(std::max(1, total)), terminal_(terminalWanted()) {}
+Progress::Progress(std::string title, int total, std::string unit)
+    : title_(std::move(title)),
+      unit_(std::move(unit)),
+      total_(std::max(1, total)),
+      terminal_(terminalWanted()) {}
 
 Progress::~Progress() {
   if (line_open_) std::fputc('\n', stderr);
@@ -43,7 +46,7 @@ void Progress::update(int done, const std::string& detail) {
   shown_s_ = elapsed;
   const double rate = done / std::max(1e-9, elapsed);
   std::string line = title_ + " " + std::to_string(done) + "/" + std::to_string(total_) + "  " +
-                     formatFixed(rate, 1) + " frames/s";
+                     formatFixed(rate, 1) + " " + unit_ + "/s";
   if (!last) line += "  " + formatFixed((total_ - done) / std::max(1e-9, rate), 0) + " s left";
   if (!detail.empty()) line += "  " + detail;
   if (terminal_) {

@@ -9,16 +9,16 @@ namespace diorama {
 
 class Progress {
  public:
-  Progress(std::string title, int total);
+  Progress(std::string title, int total, std::string unit = "frames");
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  // `done` frames of the total; `detail` is added to the line.
+  // `done` of the total; `detail` is added to the line.
   void update(int done, const std::string& detail = "");
 
  private:
-  std::string title_;
+  std::string title_, unit_;
   int total_;
   bool terminal_;
   Stopwatch watch_;

@@ -73,7 +73,7 @@ class Reproduction {
   Reproduction(const ReproduceArguments& arguments, const std::vector<Part>& parts)
       : arguments_(arguments),
         log_(fs::path(arguments.output) / "log.txt"),
-        progress_("steps", static_cast<int>(4 * parts.size())) {
+        progress_("steps", static_cast<int>(4 * parts.size()), "steps") {
     for (const Part& part : parts) queue_.add([this, part] { film(part); });
   }
   void run() { queue_.run(arguments_.processes); }

@@ -83,7 +83,7 @@ class Runner {
         cells_(cells),
         limits_{spec.time_limit_s, spec.file_limit_mb},
         total_(total),
-        progress_("cells", static_cast<int>(total)) {}
+        progress_("cells", static_cast<int>(total), "cells") {}
 
   void begin(const Group& group) {
     if (group.cells.size() == 1)

@@ -207,10 +207,14 @@ const buildTiming = (runs) => {
       return el("tr", {}, el("td", { class: "text" }, el("span", { class: "swatch dot", style: `color: var(${color}); margin-right: .5rem` }), label), metricCell(`${k ? "B:" : ""}timing.${key}`, key, timing[key] ?? null),
         ...(isNumber(timing[key]) && values.length ? [quantile(values, 0.5), quantile(values, 0.95), values[values.length - 1]] : [null, null, null]).map((v) => el("td", {}, v === null ? "" : shortNumber(v))));
     });
+    for (const key of ["wall_s", "frames_per_s", "dropped_frames"]) {
+      const [label, unit] = metricStyle(key);
+      rows.push(el("tr", {}, el("td", { class: "text" }, label + (unit ? `, ${unit}` : "")), metricCell(`${k ? "B:" : ""}timing.${key}`, key, timing[key] ?? null), el("td", {}), el("td", {}), el("td", {})));
+    }
     return el("div", {}, runs.length > 1 ? el("h3", {}, `Run ${"AB"[k]}`) : null,
       sum > 0 ? el("div", { class: "stack", role: "img", "aria-label": "shares of the stages" }, known.map(([key, label, , color]) => el("i", { style: `flex: ${timing[key] / sum}; background: var(${color})`, title: `${label}: ${shortNumber(timing[key])} ms` }))) : null,
       el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, ["ms per frame", "mean", "median", "95%", "most"].map((h) => el("th", {}, h)))), el("tbody", {}, rows))),
-      el("p", { class: "note" }, `${shortNumber(timing.wall_s)} s in all, ${shortNumber(timing.frames_per_s)} frames per second, ${shortNumber(run.metrics.peak_memory_mb)} MB at most. Frames are rendered in parallel to the stages.`));
+      el("p", { class: "note" }, `Frames are read or rendered in parallel to the stages. Memory at most: ${shortNumber(run.metrics.peak_memory_mb)} MB.`));
   });
   return section("Time", el("div", { class: "columns" }, parts));
 };

@@ -74,8 +74,8 @@ class Report(unittest.TestCase):
         cls.browser.__exit__()
         cls.scratch.cleanup()
 
-    def folder(self, name, **options):
-        return run_folder(Path(self.scratch.name) / name, **options)
+    def folder(self, place, **options):
+        return run_folder(Path(self.scratch.name) / place, **options)
 
     def open(self, page, width=1280):
         self.browser.resize(width, 900)
