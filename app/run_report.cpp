@@ -224,7 +224,6 @@ Json runJson(const RunFolder& run) {
           {"world", display.truth ? "truth" : "estimate"},
           {"frame", frames},
           {"t_s", times},
-          {"first_video_frame", 0},
           {"video_step", step},
           {"camera", cameraJson(run, display, step)},
           {"objects", objects},
@@ -254,10 +253,14 @@ void writeRunReport(const std::vector<fs::path>& folders, const fs::path& output
   Json runs = Json::array();
   for (const fs::path& folder : folders) {
     const RunFolder run = readRunFolder(folder);
-    runs.push_back(runJson(run));
+    try {
+      runs.push_back(runJson(run));
+      content.title += (content.title.empty() ? "" : " / ") + run.metrics.value("scene", "run") +
+                       ", " + run.metrics.value("method", "");
+    } catch (const nlohmann::json::exception& error) {
+      throw InputError(folder / "metrics.json", std::string("is none of a run: ") + error.what());
+    }
     content.videos.push_back(videoOf(folder));
-    content.title += (content.title.empty() ? "" : " / ") + run.metrics.value("scene", "run") +
-                     ", " + run.metrics.value("method", "");
   }
   content.data = Json{{"kind", "run"}, {"version", DIORAMA_VERSION}, {"runs", runs}}.dump(
       -1, ' ', false, Json::error_handler_t::replace);

@@ -272,7 +272,7 @@ const buildRunPage = (page, data, toggleTheme) => {
   });
   const indexIn = (k, i) => (k === 0 ? i : maps[k][i] ?? 0);
   page.append(header(runs));
-  for (const [k, r] of runs.entries()) page.append(runs.length > 1 ? el("h3", {}, `Run ${"AB"[k]}`) : "", verdict(r), summaryTiles(r));
+  for (const [k, r] of runs.entries()) page.append(runs.length > 1 ? el("h3", { class: "run-name" }, `Run ${"AB"[k]}`) : "", verdict(r), summaryTiles(r));
   let viewer = null, plots = null;
   if (timeline.length) {
     viewer = buildStage(runs, timeline, indexIn, page);

@@ -69,7 +69,10 @@ const METRICS = {
   mapper_ms: ["mapper", "ms", shortNumber, -1],
   dropped_frames: ["dropped frames", "", wholeNumber, -1],
 };
-const metricStyle = (key) => METRICS[key] || [key.replaceAll("_", " "), "", shortNumber, 0];
+const metricStyle = (key) => {
+  const [label, unit, text, better] = METRICS[key] || [key.replaceAll("_", " "), "", shortNumber, 0];
+  return [label, unit, (v) => (isNumber(v) ? text(v) : DASH), better];
+};
 
 const section = (title, ...children) => el("section", {}, el("h2", {}, title), ...children);
 

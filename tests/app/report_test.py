@@ -96,6 +96,12 @@ class Report(unittest.TestCase):
                 self.assertEqual(json.loads(shown[path]), value)
         self.assertEqual(self.browser.value("document.querySelector('h1').textContent"), EVIL)
 
+    def test_what_is_not_known_is_a_dash(self):
+        self.open(report(self.folder("unknown", truth=False)))
+        shown = self.browser.value("[...document.querySelectorAll('[data-value=null]')].map((n) => n.textContent)")
+        self.assertGreater(len(shown), 3)
+        self.assertEqual(set(shown), {"–"})
+
     def test_the_parts_move_together(self):
         self.open(report(self.folder("moves")))
         place = "document.querySelector('.playhead').style.left"
