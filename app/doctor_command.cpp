@@ -4,6 +4,7 @@
 #include <opencv2/core/version.hpp>
 
 #include "app/command_line.h"
+#include "app/sweep_spec.h"
 #include "app/video_writer.h"
 #include "app/workers.h"
 #include "core/errors.h"
@@ -25,6 +26,10 @@ std::string checkScenes() {
   for (const fs::directory_entry& entry :
        fs::recursive_directory_iterator(dataFolder() / "scenes")) {
     if (entry.path().extension() != ".yaml") continue;
+    if (entry.path().parent_path().filename() == "sweeps") {
+      sweepCells(readSweepSpec(entry.path()));
+      continue;
+    }
     loadScene(entry.path(), {parseOverride("occlude=[]")});  // solving would take seconds
     ++count;
   }

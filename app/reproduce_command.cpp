@@ -26,6 +26,7 @@ constexpr double kTimeLimit_s = 3600;  // of one child process
 struct ReproduceArguments {
   std::string output = "reproduce", odometry = "vo", initial = "detect";
   int processes = 2;
+  int frames = 0;  // of each scene, from its first; 0 = all
   bool quick = false, resume = false;
 };
 
@@ -44,7 +45,7 @@ std::vector<Part> makeParts(const ReproduceArguments& arguments) {
     Part part;
     part.scene = dataFolder() / "scenes" / (std::string(paper.scene) + ".yaml");
     const std::string pictures = programCommit() + describeScene(loadScene(part.scene, {})) +
-                                 (arguments.quick ? "quick" : "");
+                                 std::to_string(arguments.frames);
     part.sequence = output / "sequences" / (std::string(paper.scene) + "-" + hashOf(pictures));
     for (size_t m = 0; m < kMethods.size(); ++m) {
       const std::string options =
@@ -83,8 +84,8 @@ class Reproduction {
     if (!fs::exists(part.sequence / "manifest.csv")) {
       std::vector<std::string> command = {
           thisProgram(), "render", part.scene.string(), "-o", part.sequence.string(), "--resume"};
-      if (arguments_.quick)
-        command.insert(command.end(), {"--frames", "0:" + std::to_string(kQuickFrames)});
+      if (arguments_.frames > 0)
+        command.insert(command.end(), {"--frames", "0:" + std::to_string(arguments_.frames)});
       runOrFail(command, log_);
     }
     count();
@@ -170,9 +171,14 @@ std::function<int()> setUpReproduce(CLI::App& app) {
   app.add_option("-j,--jobs", arguments->processes, "processes at a time")->capture_default_str();
   app.add_option("--odometry", arguments->odometry, "vo or simulated")->capture_default_str();
   app.add_option("--initial", arguments->initial, "detect or given")->capture_default_str();
-  app.add_flag("--quick", arguments->quick, "the first 150 frames of each scene");
+  app.add_option("--frames", arguments->frames, "only the first so many frames of each scene")
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--quick", arguments->quick, "the same as --frames 150");
   app.add_flag("--resume", arguments->resume, "go on where it was stopped (as it does anyway)");
-  return [arguments] { return reproduce(*arguments); };
+  return [arguments] {
+    if (arguments->quick && arguments->frames == 0) arguments->frames = kQuickFrames;
+    return reproduce(*arguments);
+  };
 }
 
 }  // namespace diorama
