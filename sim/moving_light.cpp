@@ -22,6 +22,7 @@ constexpr size_t kChunk = 2048, kRayChunk = 128;  // points per job
 constexpr float kLeastShare = 0.01f;
 // What an object keeps from a point it partly gives back by its own light.
 constexpr float kGivenBack = 0.35f;
+constexpr int kSmoothingPasses = 3;  // of light that some rays gather
 
 // A disc that stands for a part of a surface.
 struct Disc {
@@ -189,10 +190,15 @@ void MovingLight::update(const std::vector<SE3>& T_world_moving, const ViewCone&
   DIORAMA_CHECK(T_world_moving.size() == objects_.size());
   for (size_t k = 0; k < objects_.size(); ++k) objects_[k].place(T_world_moving[k], scene_->lights);
   shadeAround(view, pool);
+  const auto isSeen = [&](const Object& object) {
+    return view.mayShow(object.center_world, object.radius_m);
+  };
+  if (std::none_of(objects_.begin(), objects_.end(), isSeen)) return;
   // Direct light first, so that the objects give some back to each other.
   for (Object& object : objects_) lightDirectly(object, pool);
   for (Object& object : objects_) object.publish();
-  for (Object& object : objects_) gatherLight(object, view, pool);
+  for (Object& object : objects_)
+    if (isSeen(object)) gatherLight(object, view, pool);
   for (Object& object : objects_) object.publish();
 }
 
@@ -301,7 +307,9 @@ void MovingLight::gatherLight(Object& object, const ViewCone& view, WorkerPool& 
     unknown[p] |= back_faces * 4 > options_.gather_rays;
   });
   refill(object.grid, unknown, object.gathered);
-  object.gathered = smoothed(object.grid, object.gathered);
+  // Bounced light changes slowly: neighbours share their rays.
+  for (int pass = 0; pass < kSmoothingPasses; ++pass)
+    object.gathered = smoothed(object.grid, object.gathered);
 }
 
 }  // namespace diorama

@@ -6,6 +6,8 @@
 // grid on their surfaces, as the baker does.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -19,7 +21,7 @@ namespace diorama {
 
 struct MovingLightOptions {
   int shadow_rays = 32;            // per light and sample, where a light is partly hidden
-  int gather_rays = 64;            // for bounced light, per sample
+  int gather_rays = 16;            // for bounced light, per sample; neighbours share theirs
   int discs = 96;                  // per object, for the light that it keeps from what rests
   float surface_offset_m = 2e-4f;  // rays start this far above their surface
 };
@@ -31,6 +33,14 @@ struct ViewCone {
   bool sees(const Vector3f& p) const {
     const Vector3f d = p - apex;
     return axis.dot(d) >= cosine * d.norm();
+  }
+  // Whether some of a sphere may be seen.
+  bool mayShow(const Vector3f& center, float radius_m) const {
+    const Vector3f d = center - apex;
+    const float distance = d.norm();
+    if (distance <= radius_m) return true;
+    const float to_center = std::acos(std::clamp(axis.dot(d) / distance, -1.f, 1.f));
+    return to_center - std::asin(radius_m / distance) <= std::acos(cosine);
   }
 };
 
