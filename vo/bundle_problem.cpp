@@ -14,6 +14,8 @@ namespace {
 constexpr double kObjectHuber =
     4.1;                         // standard deviations; holds 99% of right ones (chi-square, 6 dof)
 constexpr double kDropPx = 2.5;  // at the level; observations farther off at the end are wrong
+// Features, of points that others saw, below which a keyframe's pose is not to be adjusted.
+constexpr int kFewestSeen = 12;
 constexpr double kFarOff = 1e3;  // standard deviations: a point behind the camera
 constexpr double kPointDamping = 1e-6,
                  kPoseDamping = 1e-6;  // a point seen along one ray has no depth
@@ -34,6 +36,18 @@ BundleProblem::BundleProblem(const Camera& camera, Map& map, const BundleRequest
   if (request.metric) chooseObjects();
 }
 
+namespace {
+
+// A keyframe that the camera has turned to sees little that others saw.
+bool isHeld(const Keyframe& keyframe) {
+  int seen = 0;
+  for (const Feature& feature : keyframe.features)
+    seen += !feature.point->bad && feature.point->observations.size() >= 2;
+  return seen >= kFewestSeen;
+}
+
+}  // namespace
+
 // The first keyframe is the gauge. Without any object's word the scale is a gauge, too, that the
 // second keyframe holds until both have left the window.
 void BundleProblem::chooseKeyframes(int window, bool metric) {
@@ -43,7 +57,7 @@ void BundleProblem::chooseKeyframes(int window, bool metric) {
   for (size_t i = 0; i < n; ++i) {
     Keyframe& keyframe = *map_.keyframes[i];
     keyframe.slot = -1;
-    if (i < first || i < fixed) continue;
+    if (i < first || i < fixed || !isHeld(keyframe)) continue;
     keyframe.slot = slots_++;
     window_.push_back(&keyframe);
   }
