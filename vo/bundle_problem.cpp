@@ -34,6 +34,16 @@ BundleProblem::BundleProblem(const Camera& camera, Map& map, const BundleRequest
   chooseKeyframes(request.window, request.metric);
   choosePoints();
   if (request.metric) chooseObjects();
+  for (size_t i = 0; i < map_.keyframes.size(); ++i) map_.keyframes[i]->view = i;
+  updateViews();
+}
+
+void BundleProblem::updateViews() {
+  views_.clear();
+  for (const auto& keyframe : map_.keyframes) {
+    const SE3 T_camera_world = keyframe->T_world_camera.inverse();
+    views_.push_back({T_camera_world.rotationMatrix(), T_camera_world.translation});
+  }
 }
 
 namespace {
@@ -95,7 +105,8 @@ void BundleProblem::chooseObjects() {
 
 std::optional<Vector2d> BundleProblem::residual(const Observation& o,
                                                 const Vector3d& p_world) const {
-  const auto u = camera_.project(o.keyframe->T_world_camera.inverse() * p_world);
+  const View& view = viewOf(o);
+  const auto u = camera_.project(view.R * p_world + view.t);
   if (!u) return std::nullopt;
   return o.u_px - *u;
 }
@@ -126,15 +137,15 @@ void BundleProblem::addPoint(PointBlock& block, double lambda) {
   block.g.setZero();
   for (size_t k = block.begin; k < block.end; ++k) {
     const Observation& o = observations_[k];
-    const SE3& T = o.keyframe->T_world_camera;
-    const Vector3d p_camera = T.inverse() * block.point->p_world;
+    const View& view = viewOf(o);
+    const Vector3d p_camera = view.R * block.point->p_world + view.t;
     const auto projected = camera_.projectWithJacobian(p_camera);
     W_[k].setZero();
     if (!projected) continue;
     const Vector2d r = whiten_[k] * (o.u_px - projected->u_px);
     const double w = huberWeight(r.norm(), options_.bundle_huber);
     const Matrix23d J_image = whiten_[k] * projected->J;
-    const Matrix23d J_point = J_image * T.rotationMatrix().transpose();
+    const Matrix23d J_point = J_image * view.R;
     V.noalias() += w * J_point.transpose() * J_point;
     block.g.noalias() += w * J_point.transpose() * r;
     if (o.keyframe->slot < 0) continue;
@@ -208,6 +219,7 @@ void BundleProblem::move(const Eigen::VectorXd& d) {
     if (object_slot_[i] >= 0)
       map_.objects[i].T_world_object =
           map_.objects[i].T_world_object * exp(d.segment<6>(6 * object_slot_[i]));
+  updateViews();
 }
 
 void BundleProblem::keep() {
@@ -223,6 +235,7 @@ void BundleProblem::restore() {
   for (size_t i = 0; i < map_.objects.size(); ++i)
     map_.objects[i].T_world_object = kept_objects_[i];
   for (const PointBlock& block : points_) block.point->p_world = block.kept;
+  updateViews();
 }
 
 // As the last step saw them, the keyframes taken as known.

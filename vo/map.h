@@ -65,7 +65,8 @@ struct Keyframe : TrackedFrame {
   int id = 0;          // counts from 0, never used again
   size_t tracked = 0;  // features when it was made
   std::vector<ObjectObservation> objects;
-  int slot = -1;  // bundle adjustment's own
+  int slot = -1;    // bundle adjustment's own
+  size_t view = 0;  // also
 };
 
 struct MapObject {
