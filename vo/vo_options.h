@@ -15,7 +15,7 @@ struct VoOptions {
   int min_features = 20;   // fewer that agree with a pose are a loss (paper)
   // Where fewer points are found, corners whose depth is not certain yet help (SVO 2): they hold
   // the rotation when the camera turns to what it has not seen.
-  int unsettled_below = 80;
+  int unsettled_below = 60;
   // The weakest corner: smallest eigenvalue of the mean structure tensor, (grey levels / px)^2,
   // above what the measured noise explains. Small, for clean synthetic images have weak corners
   // too.
