@@ -14,6 +14,8 @@ namespace {
 constexpr double kObjectHuber =
     4.1;                         // standard deviations; holds 99% of right ones (chi-square, 6 dof)
 constexpr double kDropPx = 2.5;  // at the level; observations farther off at the end are wrong
+// Features, of points that others saw, below which a keyframe's pose is not to be adjusted.
+constexpr int kFewestSeen = 12;
 constexpr double kFarOff = 1e3;  // standard deviations: a point behind the camera
 constexpr double kPointDamping = 1e-6,
                  kPoseDamping = 1e-6;  // a point seen along one ray has no depth
@@ -32,7 +34,29 @@ BundleProblem::BundleProblem(const Camera& camera, Map& map, const BundleRequest
   chooseKeyframes(request.window, request.metric);
   choosePoints();
   if (request.metric) chooseObjects();
+  for (size_t i = 0; i < map_.keyframes.size(); ++i) map_.keyframes[i]->view = i;
+  updateViews();
 }
+
+void BundleProblem::updateViews() {
+  views_.clear();
+  for (const auto& keyframe : map_.keyframes) {
+    const SE3 T_camera_world = keyframe->T_world_camera.inverse();
+    views_.push_back({T_camera_world.rotationMatrix(), T_camera_world.translation});
+  }
+}
+
+namespace {
+
+// A keyframe that the camera has turned to sees little that others saw.
+bool isHeld(const Keyframe& keyframe) {
+  int seen = 0;
+  for (const Feature& feature : keyframe.features)
+    seen += !feature.point->bad && feature.point->observations.size() >= 2;
+  return seen >= kFewestSeen;
+}
+
+}  // namespace
 
 // The first keyframe is the gauge. Without any object's word the scale is a gauge, too, that the
 // second keyframe holds until both have left the window.
@@ -43,7 +67,7 @@ void BundleProblem::chooseKeyframes(int window, bool metric) {
   for (size_t i = 0; i < n; ++i) {
     Keyframe& keyframe = *map_.keyframes[i];
     keyframe.slot = -1;
-    if (i < first || i < fixed) continue;
+    if (i < first || i < fixed || !isHeld(keyframe)) continue;
     keyframe.slot = slots_++;
     window_.push_back(&keyframe);
   }
@@ -81,7 +105,8 @@ void BundleProblem::chooseObjects() {
 
 std::optional<Vector2d> BundleProblem::residual(const Observation& o,
                                                 const Vector3d& p_world) const {
-  const auto u = camera_.project(o.keyframe->T_world_camera.inverse() * p_world);
+  const View& view = viewOf(o);
+  const auto u = camera_.project(view.R * p_world + view.t);
   if (!u) return std::nullopt;
   return o.u_px - *u;
 }
@@ -112,15 +137,15 @@ void BundleProblem::addPoint(PointBlock& block, double lambda) {
   block.g.setZero();
   for (size_t k = block.begin; k < block.end; ++k) {
     const Observation& o = observations_[k];
-    const SE3& T = o.keyframe->T_world_camera;
-    const Vector3d p_camera = T.inverse() * block.point->p_world;
+    const View& view = viewOf(o);
+    const Vector3d p_camera = view.R * block.point->p_world + view.t;
     const auto projected = camera_.projectWithJacobian(p_camera);
     W_[k].setZero();
     if (!projected) continue;
     const Vector2d r = whiten_[k] * (o.u_px - projected->u_px);
     const double w = huberWeight(r.norm(), options_.bundle_huber);
     const Matrix23d J_image = whiten_[k] * projected->J;
-    const Matrix23d J_point = J_image * T.rotationMatrix().transpose();
+    const Matrix23d J_point = J_image * view.R;
     V.noalias() += w * J_point.transpose() * J_point;
     block.g.noalias() += w * J_point.transpose() * r;
     if (o.keyframe->slot < 0) continue;
@@ -194,6 +219,7 @@ void BundleProblem::move(const Eigen::VectorXd& d) {
     if (object_slot_[i] >= 0)
       map_.objects[i].T_world_object =
           map_.objects[i].T_world_object * exp(d.segment<6>(6 * object_slot_[i]));
+  updateViews();
 }
 
 void BundleProblem::keep() {
@@ -209,6 +235,7 @@ void BundleProblem::restore() {
   for (size_t i = 0; i < map_.objects.size(); ++i)
     map_.objects[i].T_world_object = kept_objects_[i];
   for (const PointBlock& block : points_) block.point->p_world = block.kept;
+  updateViews();
 }
 
 // As the last step saw them, the keyframes taken as known.

@@ -36,6 +36,10 @@ class BundleProblem {
     Matrix3d V_inverse = Matrix3d::Zero();
     Vector3d g = Vector3d::Zero(), kept = Vector3d::Zero();
   };
+  struct View {  // T_camera_world of a keyframe
+    Matrix3d R;
+    Vector3d t;
+  };
   struct Factor {
     Keyframe* keyframe;
     const ObjectObservation* observation;
@@ -48,6 +52,8 @@ class BundleProblem {
   void eliminatePoint(const PointBlock& block);
   void addObjects();
   void move(const Eigen::VectorXd& step);
+  void updateViews();
+  const View& viewOf(const Observation& o) const { return views_[o.keyframe->view]; }
   std::optional<Vector2d> residual(const Observation& o, const Vector3d& p_world) const;
   double error(size_t observation, const Vector3d& p_world) const;
 
@@ -55,6 +61,7 @@ class BundleProblem {
   Map& map_;
   const VoOptions& options_;
   std::vector<Keyframe*> window_;  // those that move
+  std::vector<View> views_;        // of all keyframes
   std::vector<PointBlock> points_;
   std::vector<Observation> observations_;
   std::vector<Matrix2d> whiten_;  // one per observation: covariance^-1/2

@@ -12,48 +12,68 @@ constexpr int kMargin = 7;  // px of the level: a patch with its border fits
 constexpr float kLevelPenalty =
     0.75f;  // a corner of the next level is located half as well, but often more stable
 
+// A row of structure tensors.
+struct TensorRow {
+  std::vector<float> xx, yy, xy;
+  explicit TensorRow(int width) : xx(static_cast<size_t>(width), 0.f), yy(xx), xy(xx) {}
+};
+
+void multiplyGradients(const Image<uint8_t>& image, int y, TensorRow& out) {
+  const uint8_t *above = image.row(y - 1), *at = image.row(y), *below = image.row(y + 1);
+  float *xx = out.xx.data(), *yy = out.yy.data(), *xy = out.xy.data();
+  for (int x = 1; x + 1 < image.width; ++x) {
+    const float gx = 0.5f * static_cast<float>(at[x + 1] - at[x - 1]);
+    const float gy = 0.5f * static_cast<float>(below[x] - above[x]);
+    xx[x] = gx * gx;
+    yy[x] = gy * gy;
+    xy[x] = gx * gy;
+  }
+}
+
+void sumAlong(const std::vector<float>& values, std::vector<float>& sums) {
+  const int end = static_cast<int>(values.size()) - kMargin;
+  const float* v = values.data();
+  float* s = sums.data();
+  for (int x = kMargin; x < end; ++x)
+    s[x] = ((v[x - 4] + v[x - 3]) + (v[x - 2] + v[x - 1])) +
+           ((v[x] + v[x + 1]) + (v[x + 2] + v[x + 3]));
+}
+
+// Adds what enters a running sum and takes what leaves it; exact, since the values are quarters of
+// whole numbers.
+void replace(const std::vector<float>& entering, std::vector<float>& leaving,
+             std::vector<float>& sum) {
+  for (size_t x = 0; x < sum.size(); ++x) sum[x] += entering[x] - leaving[x];
+  leaving = entering;
+}
+
+void smallestEigenvalues(const TensorRow& tensors, float* scores) {
+  const float *xx = tensors.xx.data(), *yy = tensors.yy.data(), *xy = tensors.xy.data();
+  constexpr float area = 4 * kWindow * kWindow;
+  const int end = static_cast<int>(tensors.xx.size()) - kMargin;
+  for (int x = kMargin; x < end; ++x) {
+    const float difference = xx[x] - yy[x];
+    scores[x] =
+        0.5f / area * (xx[x] + yy[x] - std::sqrt(difference * difference + 4 * xy[x] * xy[x]));
+  }
+}
+
 // Smallest eigenvalue of the structure tensor, averaged over 8 x 8 pixels, for every pixel.
 Image<float> cornerScores(const Image<uint8_t>& image) {
+  static_assert(kWindow == 4, "sumAlong() adds so many");
   const int w = image.width, h = image.height;
   Image<float> scores(w, h, 0.f);
-  struct Tensor {
-    float xx = 0, yy = 0, xy = 0;
-  };
-  Image<Tensor> rows(w, h);  // sums along x
-  std::vector<Tensor> line(static_cast<size_t>(w));
+  TensorRow products(w), along(w), window(w);
+  std::vector<TensorRow> ring(2 * kWindow, TensorRow(w));  // the rows in the window
   for (int y = 1; y + 1 < h; ++y) {
-    const uint8_t *above = image.row(y - 1), *at = image.row(y), *below = image.row(y + 1);
-    for (int x = 1; x + 1 < w; ++x) {
-      const float gx = 0.5f * static_cast<float>(at[x + 1] - at[x - 1]);
-      const float gy = 0.5f * static_cast<float>(below[x] - above[x]);
-      line[static_cast<size_t>(x)] = {gx * gx, gy * gy, gx * gy};
+    TensorRow& oldest = ring[static_cast<size_t>(y % (2 * kWindow))];
+    multiplyGradients(image, y, products);
+    for (auto part : {&TensorRow::xx, &TensorRow::yy, &TensorRow::xy}) {
+      sumAlong(products.*part, along.*part);
+      replace(along.*part, oldest.*part, window.*part);
     }
-    for (int x = kMargin; x < w - kMargin; ++x) {
-      Tensor sum;
-      for (int i = -kWindow; i < kWindow; ++i) {
-        const Tensor& t = line[static_cast<size_t>(x + i)];
-        sum = {sum.xx + t.xx, sum.yy + t.yy, sum.xy + t.xy};
-      }
-      rows(x, y) = sum;
-    }
-  }
-  std::vector<Tensor> column(static_cast<size_t>(w));
-  constexpr float area = 4 * kWindow * kWindow;
-  for (int y = kWindow + 1; y < h - kWindow; ++y) {
-    std::fill(column.begin(), column.end(), Tensor{});
-    for (int j = -kWindow; j < kWindow; ++j)
-      for (int x = kMargin; x < w - kMargin; ++x) {
-        Tensor& sum = column[static_cast<size_t>(x)];
-        const Tensor& t = rows(x, y + j);
-        sum = {sum.xx + t.xx, sum.yy + t.yy, sum.xy + t.xy};
-      }
-    if (y < kMargin || y >= h - kMargin) continue;
-    for (int x = kMargin; x < w - kMargin; ++x) {
-      const Tensor& t = column[static_cast<size_t>(x)];
-      const float difference = t.xx - t.yy;
-      scores(x, y) =
-          0.5f / area * (t.xx + t.yy - std::sqrt(difference * difference + 4 * t.xy * t.xy));
-    }
+    const int middle = y - (kWindow - 1);
+    if (middle >= kMargin && middle < h - kMargin) smallestEigenvalues(window, scores.row(middle));
   }
   return scores;
 }

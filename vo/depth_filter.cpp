@@ -22,6 +22,15 @@ double normalDensity(double x, double mean, double variance) {
   return std::exp(-0.5 * d * d / variance) / std::sqrt(2 * std::numbers::pi * variance);
 }
 
+// p = T b / rho, d p / d rho = -R b / rho^2.
+void placePoint(const Seed& seed) {
+  const SE3& T_world_host = seed.corner.host->T_world_camera;
+  seed.point->p_world = T_world_host * Vector3d(seed.corner.bearing / seed.mean);
+  const Vector3d along = T_world_host.rotation * seed.corner.bearing;
+  const double sigma = std::sqrt(seed.variance) / (seed.mean * seed.mean);
+  seed.point->covariance = sigma * sigma * along * along.transpose();
+}
+
 }  // namespace
 
 // Vogiatzis and Hernandez, supplementary material: moments of the product of the posterior and the
@@ -53,7 +62,8 @@ bool updateSeed(Seed& seed, const InverseDepth& measured) {
   return true;
 }
 
-void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRange& range) {
+void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRange& range,
+                           Map& map) {
   const CellGrid grid(camera.width(), camera.height(), options_.cell_px);
   std::vector<uint8_t> occupied(grid.size(), 0);
   for (const Feature& feature : host.features) occupied[grid.cellOf(feature.u_px)] = 1;
@@ -70,14 +80,20 @@ void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRang
     seed.range = 1 / (kNearerThanSeen * range.nearest_m);
     const double sigma = seed.range / kSigmasInRange;
     seed.variance = sigma * sigma;
+    seed.point =
+        &map.addPoint(host, Vector3d::Zero(), hostMeasurement(corner.u_px, corner.level, options_));
+    seed.point->settled = false;
+    placePoint(seed);
     seeds_.push_back(seed);
   }
   // The oldest had their chance.
-  if (static_cast<int>(seeds_.size()) > options_.max_seeds)
-    seeds_.erase(seeds_.begin(), seeds_.end() - options_.max_seeds);
+  const int surplus = static_cast<int>(seeds_.size()) - options_.max_seeds;
+  for (int i = 0; i < surplus; ++i) seeds_[static_cast<size_t>(i)].point->bad = true;
+  if (surplus > 0) seeds_.erase(seeds_.begin(), seeds_.begin() + surplus);
 }
 
-bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, Seed& seed, Map& map) {
+bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, Seed& seed) {
+  if (seed.point->bad) return false;
   const SE3 T_frame_host = frame.T_world_camera.inverse() * seed.corner.host->T_world_camera;
   const Vector3d p_frame = T_frame_host * Vector3d(seed.corner.bearing / seed.mean);
   const Vector3d ray = T_frame_host.rotation * seed.corner.bearing;
@@ -92,20 +108,14 @@ bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, See
     seed.b += 1;
   else if (!updateSeed(seed, match.depth))
     return true;
+  placePoint(seed);
   if (seed.a / (seed.a + seed.b) < kWorstInlierShare) return false;
   if (std::sqrt(seed.variance) > options_.seed_converged * seed.mean) return true;
-  Keyframe& host = *seed.corner.host;
-  MapPoint& point =
-      map.addPoint(host, host.T_world_camera * Vector3d(seed.corner.bearing / seed.mean),
-                   hostMeasurement(seed.corner.u_px, seed.corner.level, options_));
-  // p = bearing / rho, d p / d rho = -bearing / rho^2.
-  const Vector3d along = host.T_world_camera.rotation * seed.corner.bearing;
-  const double sigma = std::sqrt(seed.variance) / (seed.mean * seed.mean);
-  point.covariance = sigma * sigma * along * along.transpose();
+  seed.point->settled = true;
   return false;
 }
 
-void DepthFilter::update(const Camera& camera, const TrackedFrame& frame, Map& map) {
+void DepthFilter::update(const Camera& camera, const TrackedFrame& frame) {
   ++frames_;
   // Those that have waited longest are searched first.
   std::vector<size_t> order;
@@ -117,12 +127,20 @@ void DepthFilter::update(const Camera& camera, const TrackedFrame& frame, Map& m
   std::vector<uint8_t> done(seeds_.size(), 0);
   for (const size_t i : order) {
     seeds_[i].last_searched = frames_;
-    done[i] = !updateOne(camera, frame, seeds_[i], map);
+    done[i] = !updateOne(camera, frame, seeds_[i]);
   }
   size_t kept = 0;
-  for (size_t i = 0; i < seeds_.size(); ++i)
-    if (!done[i] && ++seeds_[i].age <= options_.max_seed_age) seeds_[kept++] = seeds_[i];
+  for (size_t i = 0; i < seeds_.size(); ++i) {
+    if (!done[i] && ++seeds_[i].age <= options_.max_seed_age)
+      seeds_[kept++] = seeds_[i];
+    else if (!seeds_[i].point->settled)
+      seeds_[i].point->bad = true;
+  }
   seeds_.resize(kept);
+}
+
+void DepthFilter::placePoints() {
+  for (const Seed& seed : seeds_) placePoint(seed);
 }
 
 void DepthFilter::stretch(double factor) {
@@ -135,6 +153,10 @@ void DepthFilter::stretch(double factor) {
 
 void DepthFilter::removeHost(const Keyframe& host) {
   std::erase_if(seeds_, [&](const Seed& seed) { return seed.corner.host == &host; });
+}
+
+void DepthFilter::forgetBadPoints() {
+  std::erase_if(seeds_, [](const Seed& seed) { return seed.point->bad; });
 }
 
 }  // namespace diorama::vo

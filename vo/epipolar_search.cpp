@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 #include <utility>
 
@@ -12,6 +13,7 @@ namespace diorama::vo {
 namespace {
 
 constexpr double kStepPx = 0.7;     // along the line (SVO)
+constexpr int kPieceSteps = 8;      // steps for which the line counts as straight
 constexpr double kShortLinePx = 2;  // alignment alone reaches along such a line
 constexpr double kAlignmentReachPx = 3;
 constexpr double kOffLinePx = 2;  // how far from the line a match may be, at its level
@@ -56,10 +58,18 @@ std::optional<Vector2d> bestOnLine(const Image<uint8_t>& image, const ZeroMeanDi
   std::optional<Vector2d> best;
   double best_cost = worst;
   Vector2d last(-1, -1);
+  const Vector2d nowhere = Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());
+  Vector2d from = nowhere, to = nowhere;  // ends of a piece that is straight although lenses bend
+  int length = 1;                         // of the piece, steps
   for (int i = 0; i <= steps; ++i) {
-    const auto u = projectAt(static_cast<double>(i) / steps);
-    if (!u) continue;
-    const Vector2d pixel(std::round(u->x()), std::round(u->y()));
+    const int in_piece = i % kPieceSteps;
+    if (in_piece == 0) {
+      length = std::clamp(steps - i, 1, kPieceSteps);
+      from = i == 0 ? projectAt(0.0).value_or(nowhere) : to;
+      to = projectAt(static_cast<double>(std::min(i + length, steps)) / steps).value_or(nowhere);
+    }
+    const Vector2d u = from + (to - from) * (static_cast<double>(in_piece) / length);
+    const Vector2d pixel(std::round(u.x()), std::round(u.y()));
     if (pixel == last) continue;
     last = pixel;
     constexpr double margin = kSize / 2;

@@ -11,32 +11,55 @@ constexpr double kSettled = 0.03;                  // px (SVO)
 constexpr float kMinGain = 0.4f, kMaxGain = 2.5f;  // beyond them it is something else
 constexpr int kSize = Patch::kSize, kArea = kSize * kSize;
 
+using Row = Eigen::Array<float, kSize, 1>;  // of a patch: one vector register
+using Rows = std::array<Row, kSize>;
+
 // d value / d (u, v), 1 (offset) and the value itself about its mean (gain), for each pixel.
 struct Template {
-  std::array<float, kArea> gx, gy, value;  // value: about the mean
+  Rows gx, gy, value;  // value: about the mean
   float mean = 0;
   Eigen::Matrix4f inverse_hessian;
 
   Template(const Patch& patch, bool with_gain) {
-    value = patch.inner();
-    mean = std::accumulate(value.begin(), value.end(), 0.f) / kArea;
-    Eigen::Matrix4f H = Eigen::Matrix4f::Zero();
-    for (int y = 0; y < kSize; ++y)
-      for (int x = 0; x < kSize; ++x) {
-        const size_t k = static_cast<size_t>(y * kSize + x);
-        gx[k] = 0.5f * (patch.at(x + 1, y) - patch.at(x - 1, y));
-        gy[k] = 0.5f * (patch.at(x, y + 1) - patch.at(x, y - 1));
-        value[k] -= mean;
-        const Eigen::Vector4f j(gx[k], gy[k], 1, value[k]);
-        H += j * j.transpose();
-      }
+    Row sum = Row::Zero();
+    for (size_t y = 0; y < kSize; ++y) {
+      const float* p = &patch.bordered[(y + 1) * Patch::kBordered + 1];
+      value[y] = Row::Map(p);
+      gx[y] = 0.5f * (Row::Map(p + 1) - Row::Map(p - 1));
+      gy[y] = 0.5f * (Row::Map(p + Patch::kBordered) - Row::Map(p - Patch::kBordered));
+      sum += value[y];
+    }
+    mean = sum.sum() / kArea;
+    for (Row& row : value) row -= mean;
+    inverse_hessian = invertedHessian(with_gain);
+  }
+
+ private:
+  Eigen::Matrix4f invertedHessian(bool with_gain) const {
+    const auto dot = [](const Rows& a, const Rows& b) {
+      Row sum = a[0] * b[0];
+      for (size_t y = 1; y < kSize; ++y) sum += a[y] * b[y];
+      return sum.sum();
+    };
+    const auto total = [](const Rows& a) {
+      Row sum = a[0];
+      for (size_t y = 1; y < kSize; ++y) sum += a[y];
+      return sum.sum();
+    };
+    const float xy = dot(gx, gy), x1 = total(gx), y1 = total(gy);
+    const float xv = dot(gx, value), yv = dot(gy, value);
+    Eigen::Matrix4f H;
+    H << dot(gx, gx), xy, x1, xv,  //
+        xy, dot(gy, gy), y1, yv,   //
+        x1, y1, kArea, 0,          //
+        xv, yv, 0, dot(value, value);
     if (!with_gain) {
       H.row(3).setZero();
       H.col(3).setZero();
       H(3, 3) = 1;
     }
     H.diagonal().array() += 1e-3f;  // a blank patch has no gradient
-    inverse_hessian = H.inverse();
+    return H.inverse();
   }
 };
 
@@ -51,16 +74,17 @@ std::optional<AlignedPatch> alignFeature(const Image<uint8_t>& image, const Patc
   for (int step = 0; step < kSteps; ++step) {
     if (!sampleBlock<kSize>(image, u, seen.data())) return std::nullopt;
     if (step == 0) offset = std::accumulate(seen.begin(), seen.end(), 0.f) / kArea - t.mean;
-    float ex = 0, ey = 0, e1 = 0, ev = 0, squares = 0;
-    for (size_t k = 0; k < kArea; ++k) {
-      const float r = seen[k] - (gain * t.value[k] + t.mean + offset);
-      ex += r * t.gx[k];
-      ey += r * t.gy[k];
+    Row ex = Row::Zero(), ey = ex, e1 = ex, ev = ex, squares = ex;
+    for (size_t y = 0; y < kSize; ++y) {
+      const Row r = Row::Map(&seen[y * kSize]) - (gain * t.value[y] + (t.mean + offset));
+      ex += r * t.gx[y];
+      ey += r * t.gy[y];
       e1 += r;
-      ev += r * t.value[k];
+      ev += r * t.value[y];
       squares += r * r;
     }
-    const Eigen::Vector4f d = t.inverse_hessian * Eigen::Vector4f(ex, ey, e1, with_gain ? ev : 0.f);
+    const Eigen::Vector4f d = t.inverse_hessian * Eigen::Vector4f(ex.sum(), ey.sum(), e1.sum(),
+                                                                  with_gain ? ev.sum() : 0.f);
     if (!d.allFinite()) return std::nullopt;
     u -= d.head<2>().cast<double>();
     offset += d[2];
@@ -68,7 +92,7 @@ std::optional<AlignedPatch> alignFeature(const Image<uint8_t>& image, const Patc
     if ((u - start).norm() > max_shift) return std::nullopt;
     if (d.head<2>().norm() < kSettled) {
       if (gain < kMinGain || gain > kMaxGain) return std::nullopt;
-      const float variance = squares / kArea;
+      const float variance = squares.sum() / kArea;
       return AlignedPatch{u, std::sqrt(static_cast<double>(variance)), static_cast<double>(gain),
                           (variance * t.inverse_hessian.topLeftCorner<2, 2>()).cast<double>()};
     }

@@ -1,6 +1,7 @@
 #include "vo/image_pyramid.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <utility>
 
@@ -23,19 +24,22 @@ ImagePyramid::ImagePyramid(const Image<uint8_t>& image, int levels) {
 }
 
 double imageNoise(const Image<uint8_t>& image) {
-  constexpr int kStep = 5;  // a sample of the pixels is enough
-  std::vector<int> responses;
+  constexpr int kStep = 5;           // a sample of the pixels is enough
+  constexpr int kLargest = 8 * 255;  // of a response
+  std::array<int, kLargest + 1> counts{};
+  int total = 0;
   for (int y = 1; y + 1 < image.height; y += kStep) {
     const uint8_t *a = image.row(y - 1), *b = image.row(y), *c = image.row(y + 1);
-    for (int x = 1 + y % kStep; x + 1 < image.width; x += kStep)
-      responses.push_back(std::abs(a[x - 1] - 2 * a[x] + a[x + 1] - 2 * b[x - 1] + 4 * b[x] -
-                                   2 * b[x + 1] + c[x - 1] - 2 * c[x] + c[x + 1]));
+    for (int x = 1 + y % kStep; x + 1 < image.width; x += kStep, ++total)
+      ++counts[static_cast<size_t>(std::abs(a[x - 1] - 2 * a[x] + a[x + 1] - 2 * b[x - 1] +
+                                            4 * b[x] - 2 * b[x + 1] + c[x - 1] - 2 * c[x] +
+                                            c[x + 1]))];
   }
-  if (responses.empty()) return 0;
-  const auto middle = responses.begin() + static_cast<std::ptrdiff_t>(responses.size() / 2);
-  std::nth_element(responses.begin(), middle, responses.end());
+  if (total == 0) return 0;
+  size_t median = 0;
+  for (int below = counts[0]; below <= total / 2; below += counts[median]) ++median;
   // The mask's coefficients have the norm 6; 0.6745 is the median of |N(0, 1)|.
-  return *middle / (6 * 0.6745);
+  return static_cast<double>(median) / (6 * 0.6745);
 }
 
 }  // namespace diorama::vo

@@ -10,6 +10,8 @@ namespace {
 constexpr double kOverlapCosine = 0.85;  // 32 degrees
 // When features get few, the camera must still have moved for them to have parallax.
 constexpr double kLeastDistance = 0.03;  // of the median depth
+// ... or turned to what no keyframe shows, where new corners hold the rotation at least.
+constexpr double kTurnedCosine = 0.97;  // 14 degrees, a quarter of a usual field of view
 
 }  // namespace
 
@@ -19,17 +21,20 @@ bool needsKeyframe(const Map& map, const TrackedFrame& frame, const VoOptions& o
                                                      : options.keyframe_distance * depth;
   const Vector3d axis = frame.T_world_camera.rotation * Vector3d::UnitZ();
   double nearest = std::numeric_limits<double>::infinity();
-  for (const auto& keyframe : map.keyframes)
-    if (axis.dot(keyframe->T_world_camera.rotation * Vector3d::UnitZ()) > kOverlapCosine)
-      nearest = std::min(
-          nearest,
-          (keyframe->T_world_camera.translation - frame.T_world_camera.translation).norm());
+  bool turned = true;
+  for (const auto& keyframe : map.keyframes) {
+    const double cosine = axis.dot(keyframe->T_world_camera.rotation * Vector3d::UnitZ());
+    const double distance =
+        (keyframe->T_world_camera.translation - frame.T_world_camera.translation).norm();
+    if (cosine > kOverlapCosine) nearest = std::min(nearest, distance);
+    if (cosine > kTurnedCosine && distance < far) turned = false;
+  }
   if (nearest > far) return true;
   const Keyframe& last = *map.keyframes.back();
   const double moved = (last.T_world_camera.translation - frame.T_world_camera.translation).norm();
   return static_cast<double>(frame.features.size()) <
              options.keyframe_min_share * static_cast<double>(last.tracked) &&
-         moved > kLeastDistance * depth;
+         (turned || moved > kLeastDistance * depth);
 }
 
 Keyframe* farthestKeyframe(const Map& map, const TrackedFrame& frame, int window) {

@@ -9,6 +9,7 @@ Keyframe& Map::addKeyframe(const TrackedFrame& frame) {
   static_cast<TrackedFrame&>(*keyframe) = frame;
   keyframe->id = next_id_++;
   keyframe->tracked = frame.features.size();
+  std::erase_if(keyframe->features, [](const Feature& f) { return !f.point->settled; });
   for (const Feature& feature : keyframe->features)
     feature.point->observations.push_back({feature, keyframe.get()});
   keyframes.push_back(std::move(keyframe));
@@ -71,6 +72,11 @@ void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed
     ++feature.point->agreed;
     feature.point->failed = 0;
   }
+}
+
+int settledFeatures(const TrackedFrame& frame) {
+  return static_cast<int>(std::count_if(frame.features.begin(), frame.features.end(),
+                                        [](const Feature& f) { return f.point->settled; }));
 }
 
 DepthRange depthRange(const TrackedFrame& frame) {

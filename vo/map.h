@@ -35,7 +35,9 @@ struct MapPoint {
   int agreed = 0;                         // frames in which it agreed with the pose
   int failed = 0;                         // frames in a row in which it did not
   bool bad = false;                       // to be removed
-  int mark = 0;                           // bundle adjustment's own
+  bool settled =
+      true;      // false: a corner whose depth the filter still looks for; only its host saw it
+  int mark = 0;  // bundle adjustment's own
 };
 
 // A point found in an image.
@@ -63,7 +65,8 @@ struct Keyframe : TrackedFrame {
   int id = 0;          // counts from 0, never used again
   size_t tracked = 0;  // features when it was made
   std::vector<ObjectObservation> objects;
-  int slot = -1;  // bundle adjustment's own
+  int slot = -1;    // bundle adjustment's own
+  size_t view = 0;  // also
 };
 
 struct MapObject {
@@ -81,7 +84,8 @@ class Map {
   std::vector<std::unique_ptr<MapPoint>> points;
   std::vector<MapObject> objects;
 
-  Keyframe& addKeyframe(const TrackedFrame& frame);  // its features become observations
+  // Its features become observations, but for those of points that are not settled.
+  Keyframe& addKeyframe(const TrackedFrame& frame);
   // A point seen by its host; a feature of the host from now on.
   MapPoint& addPoint(Keyframe& host, const Vector3d& p_world, const Measured& seen);
   // Removes the keyframe and what it saw; points that nobody else saw become bad.
@@ -99,6 +103,8 @@ class Map {
 // Counts for each point whether it agreed with an accepted pose: the frame's features did, `failed`
 // were not found or disagreed. Points that fail often and were seen by few keyframes become bad.
 void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed);
+
+int settledFeatures(const TrackedFrame& frame);
 
 // Depths of a frame's features; the default when it has fewer than five.
 DepthRange depthRange(const TrackedFrame& frame);

@@ -8,7 +8,7 @@ namespace diorama::vo {
 void Mapping::begin(bool metric) {
   Keyframe& keyframe = *map_.keyframes.back();
   if (metric) scale_.begin(keyframe.timestamp_ns);
-  depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
+  depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe), map_);
 }
 
 // Much of the map in view is not seen: something is before it. If that stays, it is the world that
@@ -25,7 +25,7 @@ bool Mapping::isCovered(int64_t now_ns, double health) {
 MapUpdate Mapping::update(TrackedFrame& frame, double health,
                           std::span<const ObjectMeasurement> objects) {
   if (isCovered(frame.timestamp_ns, health)) return {};
-  depth_filter_.update(camera_, frame, map_);
+  depth_filter_.update(camera_, frame);
   if (!needsKeyframe(map_, frame, options_)) return {};
   makeRoom(frame);
   return addKeyframe(frame, objects);
@@ -53,10 +53,11 @@ MapUpdate Mapping::addKeyframe(TrackedFrame& frame, std::span<const ObjectMeasur
                          : options_.bundle_window;
   if (options_.bundle_window > 0)
     adjustBundle(camera_, map_, {window, options_.bundle_iterations, scale_.begun()}, options_);
+  depth_filter_.placePoints();
   scale_.assess(map_);
   frame.T_world_camera = keyframe.T_world_camera;
   forgetBadPoints(frame);
-  depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe));
+  depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe), map_);
   return update;
 }
 
@@ -74,6 +75,7 @@ double Mapping::learnScale(const TrackedFrame& frame) {
 
 void Mapping::forgetBadPoints(TrackedFrame& frame) {
   std::erase_if(frame.features, [](const Feature& f) { return f.point->bad; });
+  depth_filter_.forgetBadPoints();
   map_.removeBadPoints();
 }
 

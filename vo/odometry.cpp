@@ -254,7 +254,7 @@ std::vector<OdometryEvent> VisualOdometry::events() const { return implementatio
 std::vector<Vector3d> VisualOdometry::mapPoints() const {
   std::vector<Vector3d> points;
   for (const auto& point : implementation_->map().points)
-    if (!point->bad) points.push_back(point->p_world);
+    if (!point->bad && point->settled) points.push_back(point->p_world);
   return points;
 }
 int VisualOdometry::keyframeCount() const {

@@ -22,24 +22,44 @@ double weightOf(double error, double scale, bool huber) {
   return x < 1 ? (1 - x * x) * (1 - x * x) : 0;
 }
 
-// Residual and Jacobian of a feature, whitened by what is not known about its pixel and its point.
+// Of a feature: the inverse square root of what is not known about its pixel and its point. Seen
+// from the start of the refinement, which moves too little to change it.
+Matrix2d whitenerOf(const Camera& camera, const Feature& feature, const SE3& T_camera_world,
+                    const Matrix3d& R) {
+  const auto projected =
+      camera.projectWithJacobian(R * feature.point->p_world + T_camera_world.translation);
+  if (!projected) return Matrix2d::Identity();
+  const Matrix23d J_point = projected->J * R;
+  const Eigen::LLT<Matrix2d> L(feature.covariance_px2 +
+                               J_point * feature.point->covariance * J_point.transpose());
+  return L.matrixL().solve(Matrix2d::Identity());
+}
+
+std::vector<Matrix2d> whitenersOf(const Camera& camera, const TrackedFrame& frame) {
+  const SE3 T_camera_world = frame.T_world_camera.inverse();
+  const Matrix3d R = T_camera_world.rotationMatrix();
+  std::vector<Matrix2d> whiteners;
+  whiteners.reserve(frame.features.size());
+  for (const Feature& feature : frame.features)
+    whiteners.push_back(whitenerOf(camera, feature, T_camera_world, R));
+  return whiteners;
+}
+
+// Residual and Jacobian of a feature, whitened.
 struct Term {
   Vector2d residual_px, r;
   Matrix26d J;
 };
 
-std::optional<Term> termOf(const Camera& camera, const Feature& feature, const Matrix3d& R,
-                           const Vector3d& t) {
+std::optional<Term> termOf(const Camera& camera, const Feature& feature, const Matrix2d& whitener,
+                           const Matrix3d& R, const Vector3d& t) {
   const Vector3d p_camera = R * feature.point->p_world + t;
   const auto projected = camera.projectWithJacobian(p_camera);
   if (!projected) return std::nullopt;
-  const Matrix23d J_point = projected->J * R;
-  const Eigen::LLT<Matrix2d> L(feature.covariance_px2 +
-                               J_point * feature.point->covariance * J_point.transpose());
   Term term;
   term.residual_px = feature.u_px - projected->u_px;
-  term.r = L.matrixL().solve(term.residual_px);
-  term.J = L.matrixL().solve(poseJacobian(projected->J, p_camera));
+  term.r = whitener * term.residual_px;
+  term.J = poseJacobian(whitener * projected->J, p_camera);
   return term;
 }
 
@@ -49,13 +69,15 @@ struct Linearised {
   std::vector<double> errors;  // standard deviations, one per feature that projects
 };
 
-Linearised linearise(const Camera& camera, const TrackedFrame& frame, double scale, bool huber) {
+Linearised linearise(const Camera& camera, const TrackedFrame& frame,
+                     const std::vector<Matrix2d>& whiteners, double scale, bool huber) {
   Linearised sum;
   sum.errors.reserve(frame.features.size());
   const SE3 T_camera_world = frame.T_world_camera.inverse();
   const Matrix3d R = T_camera_world.rotationMatrix();
-  for (const Feature& feature : frame.features) {
-    const auto term = termOf(camera, feature, R, T_camera_world.translation);
+  for (size_t i = 0; i < frame.features.size(); ++i) {
+    const auto term =
+        termOf(camera, frame.features[i], whiteners[i], R, T_camera_world.translation);
     if (!term) continue;
     const double error = term->r.norm(), w = weightOf(error, scale, huber);
     sum.H.noalias() += w * term->J.transpose() * term->J;
@@ -72,13 +94,14 @@ double scaleOf(std::vector<double> errors) {
 }
 
 // Keeps the features that agree.
-void dropOutliers(const Camera& camera, TrackedFrame& frame, double limit, const VoOptions& options,
-                  PoseRefinement& result) {
+void dropOutliers(const Camera& camera, TrackedFrame& frame, const std::vector<Matrix2d>& whiteners,
+                  double limit, const VoOptions& options, PoseRefinement& result) {
   const SE3 T_camera_world = frame.T_world_camera.inverse();
   const Matrix3d R = T_camera_world.rotationMatrix();
   double squares = 0;
+  size_t next = 0;  // features are visited once, in order
   std::erase_if(frame.features, [&](Feature& feature) {
-    const auto term = termOf(camera, feature, R, T_camera_world.translation);
+    const auto term = termOf(camera, feature, whiteners[next++], R, T_camera_world.translation);
     const double error_px = term ? term->residual_px.norm() * levelScale(feature.level) : 1e9;
     if (error_px > options.outlier_px || term->r.norm() > limit) {
       result.disagreed.push_back(feature.point);
@@ -98,8 +121,9 @@ void dropOutliers(const Camera& camera, TrackedFrame& frame, double limit, const
 PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOptions& options) {
   double scale = 1;
   PoseRefinement result;
+  const std::vector<Matrix2d> whiteners = whitenersOf(camera, frame);
   for (int i = 0; i < options.refine_iterations; ++i) {
-    const Linearised sum = linearise(camera, frame, scale, i < kHuberSteps);
+    const Linearised sum = linearise(camera, frame, whiteners, scale, i < kHuberSteps);
     if (sum.errors.size() < kFewest) return result;
     if (i <= kHuberSteps) scale = scaleOf(sum.errors);
     const Vector6d step = sum.H.ldlt().solve(sum.g);
@@ -109,7 +133,7 @@ PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOpt
     if (step.norm() < kSettled && i > kHuberSteps) break;
   }
   result.converged = true;
-  dropOutliers(camera, frame, kOutlier * scale, options, result);
+  dropOutliers(camera, frame, whiteners, kOutlier * scale, options, result);
   return result;
 }
 

@@ -1,6 +1,7 @@
 #include "vo/reprojection.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "vo/feature_alignment.h"
@@ -12,9 +13,9 @@ constexpr double kBorder = 8;      // px: a patch does not fit nearer to the out
 constexpr int kTrialsPerCell = 3;  // points searched for before the cell is given up
 
 struct Candidate {
-  MapPoint* point;
-  Vector2d u_px;
-  int score;
+  MapPoint* point = nullptr;
+  Vector2d u_px = Vector2d::Zero();
+  int score = 0;
 };
 
 // Points that agreed often and are seen by many keyframes come first.
@@ -23,20 +24,33 @@ int scoreOf(const MapPoint& point) {
          3 * point.failed;
 }
 
-std::vector<std::vector<Candidate>> fillCells(const Camera& camera, const Map& map,
-                                              const SE3& T_world_camera, const CellGrid& grid) {
-  std::vector<std::vector<Candidate>> cells(grid.size());
+// The best points in a cell, the best one first; of equals, the one that came first.
+struct Cell {
+  std::array<Candidate, kTrialsPerCell> best;
+  int count = 0;
+
+  void add(const Candidate& candidate) {
+    int at = count;
+    while (at > 0 && best[static_cast<size_t>(at - 1)].score < candidate.score) --at;
+    if (at == kTrialsPerCell) return;
+    count = std::min(count + 1, kTrialsPerCell);
+    for (int i = count - 1; i > at; --i)
+      best[static_cast<size_t>(i)] = best[static_cast<size_t>(i - 1)];
+    best[static_cast<size_t>(at)] = candidate;
+  }
+};
+
+std::vector<Cell> fillCells(const Camera& camera, const Map& map, const SE3& T_world_camera,
+                            const CellGrid& grid, bool settled) {
+  std::vector<Cell> cells(grid.size());
   const SE3 T_camera_world = T_world_camera.inverse();
   const Matrix3d R = T_camera_world.rotationMatrix();
   for (const auto& point : map.points) {
-    if (point->bad) continue;
+    if (point->bad || point->settled != settled) continue;
     const auto u = camera.project(R * point->p_world + T_camera_world.translation);
     if (u && camera.contains(*u, kBorder))
-      cells[grid.cellOf(*u)].push_back({point.get(), *u, scoreOf(*point)});
+      cells[grid.cellOf(*u)].add({point.get(), *u, scoreOf(*point)});
   }
-  for (auto& cell : cells)
-    std::stable_sort(cell.begin(), cell.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   return cells;
 }
 
@@ -65,6 +79,25 @@ std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
                                   options.match_gain);
   if (!found || found->rms > largestPatchRms(frame.noise, options)) return std::nullopt;
   return Feature{measuredBy(*found, patch->level, options), candidate.point};
+}
+
+// In cells that are free yet. How many were found; that others were not says little, since they are
+// searched for at a depth that may be wrong.
+int addUnsettled(const Camera& camera, const Map& map, const CellGrid& grid, TrackedFrame& frame,
+                 const VoOptions& options) {
+  std::vector<uint8_t> occupied(grid.size(), 0);
+  for (const Feature& feature : frame.features) occupied[grid.cellOf(feature.u_px)] = 1;
+  const auto cells = fillCells(camera, map, frame.T_world_camera, grid, false);
+  int found = 0;
+  for (const size_t cell : spreadOrder(cells.size())) {
+    if (static_cast<int>(frame.features.size()) >= options.unsettled_below) break;
+    if (occupied[cell] || cells[cell].count == 0) continue;
+    if (auto feature = find(camera, frame, cells[cell].best.front(), options)) {
+      frame.features.push_back(*feature);
+      ++found;
+    }
+  }
+  return found;
 }
 
 }  // namespace
@@ -101,16 +134,15 @@ const Observation* chooseReference(const MapPoint& point, const Vector3d& camera
 ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFrame& frame,
                                 const VoOptions& options) {
   const CellGrid grid(camera.width(), camera.height(), options.cell_px);
-  const auto cells = fillCells(camera, map, frame.T_world_camera, grid);
+  const auto cells = fillCells(camera, map, frame.T_world_camera, grid, true);
   frame.features.clear();
   ReprojectionResult result;
   for (const size_t cell : spreadOrder(cells.size())) {
-    if (cells[cell].empty()) continue;
+    if (cells[cell].count == 0) continue;
     if (static_cast<int>(frame.features.size()) >= options.max_features) break;
     ++result.tried;
-    int trials = 0;
-    for (const Candidate& candidate : cells[cell]) {
-      if (++trials > kTrialsPerCell) break;
+    for (int trial = 0; trial < cells[cell].count; ++trial) {
+      const Candidate& candidate = cells[cell].best[static_cast<size_t>(trial)];
       if (auto feature = find(camera, frame, candidate, options)) {
         frame.features.push_back(*feature);
         break;
@@ -118,6 +150,8 @@ ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFra
       result.missed.push_back(candidate.point);
     }
   }
+  if (static_cast<int>(frame.features.size()) < options.unsettled_below)
+    result.tried += addUnsettled(camera, map, grid, frame, options);
   result.matched = static_cast<int>(frame.features.size());
   return result;
 }

@@ -16,6 +16,7 @@ constexpr double kSettledM = 2e-5, kSettledRad = 2e-5;
 // Brightness is not free: what gain and offset may take, as prior weights on their change.
 constexpr double kGainPrior = 1, kOffsetPrior = 1e-3;
 
+using Pixels = Eigen::Array<float, kArea, 1>;  // of a patch
 using Vector8d = Eigen::Matrix<double, 8, 1>;
 using Matrix8d = Eigen::Matrix<double, 8, 8>;
 
@@ -43,8 +44,10 @@ class Aligner {
           const VoOptions& options)
       : camera_(camera), reference_(reference), current_(current), options_(options) {
     const SE3 T_reference_world = reference.T_world_camera.inverse();
+    // A keyframe has many corners of uncertain depth.
+    const bool settled_only = settledFeatures(reference) >= options.unsettled_below;
     for (const Feature& feature : reference.features) {
-      if (feature.point->bad) continue;
+      if (feature.point->bad || (settled_only && !feature.point->settled)) continue;
       ReferencePatch patch;
       patch.p_reference = T_reference_world * feature.point->p_world;
       patches_.push_back(patch);
@@ -102,11 +105,9 @@ double Aligner::medianDifference(int level, const SE3& T) const {
   for (const ReferencePatch& patch : patches_) {
     const auto u = patch.seen ? camera_.project(T * patch.p_reference) : std::nullopt;
     if (!u || !sampleBlock<kSize>(current_.level(level), toLevel(*u, level), seen.data())) continue;
-    float sum = 0;
-    for (size_t k = 0; k < kArea; ++k)
-      sum += std::abs(seen[k] - kMiddle - static_cast<float>(brightness_.gain) * patch.value[k] -
-                      static_cast<float>(brightness_.offset));
-    means.push_back(sum / kArea);
+    const Pixels expected = static_cast<float>(brightness_.gain) * Pixels::Map(patch.value.data()) +
+                            (kMiddle + static_cast<float>(brightness_.offset));
+    means.push_back((Pixels::Map(seen.data()) - expected).abs().sum() / kArea);
   }
   if (means.empty()) return 0;
   const auto middle = means.begin() + static_cast<std::ptrdiff_t>(means.size() / 2);
@@ -119,19 +120,20 @@ void Aligner::addPatch(const ReferencePatch& patch, const float* seen, double sc
                        NormalEquations& sum) const {
   const float gain = static_cast<float>(brightness_.gain);
   const float offset = static_cast<float>(brightness_.offset);
-  const float limit = options_.align_robust ? static_cast<float>(kHuber * scale) : 1e9f;
-  float xx = 0, xy = 0, yy = 0, xr = 0, yr = 0, xv = 0, yv = 0, x1 = 0, y1 = 0;
-  float vv = 0, v1 = 0, w1 = 0, vr = 0, r1 = 0, rr = 0;
-  for (size_t k = 0; k < kArea; ++k) {
-    const float v = patch.value[k], gx = patch.gx[k], gy = patch.gy[k];
-    const float r = seen[k] - kMiddle - gain * v - offset;
-    const float w = std::abs(r) < limit ? 1.f : limit / std::abs(r);
-    xx += w * gx * gx, xy += w * gx * gy, yy += w * gy * gy;
-    xr += w * gx * r, yr += w * gy * r;
-    xv += w * gx * v, yv += w * gy * v, x1 += w * gx, y1 += w * gy;
-    vv += w * v * v, v1 += w * v, w1 += w, vr += w * v * r, r1 += w * r;
-    rr += w * r * r;
+  const Pixels v = Pixels::Map(patch.value.data());
+  const Pixels gx = Pixels::Map(patch.gx.data()), gy = Pixels::Map(patch.gy.data());
+  const Pixels r = Pixels::Map(seen) - (gain * v + (kMiddle + offset));
+  Pixels w = Pixels::Ones();
+  if (options_.align_robust) {
+    const float limit = static_cast<float>(kHuber * scale);
+    w = limit / r.abs().max(limit);
   }
+  const Pixels wx = w * gx, wy = w * gy, wv = w * v, wr = w * r;
+  const float xx = (wx * gx).sum(), xy = (wx * gy).sum(), yy = (wy * gy).sum();
+  const float xr = (wx * r).sum(), yr = (wy * r).sum();
+  const float xv = (wx * v).sum(), yv = (wy * v).sum(), x1 = wx.sum(), y1 = wy.sum();
+  const float vv = (wv * v).sum(), v1 = wv.sum(), w1 = w.sum(), vr = (wv * r).sum();
+  const float r1 = wr.sum(), rr = (wr * r).sum();
   Matrix2d G;
   G << xx, xy, xy, yy;
   const double g = brightness_.gain;

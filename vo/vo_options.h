@@ -13,6 +13,9 @@ struct VoOptions {
   int cell_px = 20;        // at most one feature in each cell of the image (SVO 25 to 30)
   int max_features = 200;  // paper 400
   int min_features = 20;   // fewer that agree with a pose are a loss (paper)
+  // Where fewer points are found, corners whose depth is not certain yet help (SVO 2): they hold
+  // the rotation when the camera turns to what it has not seen.
+  int unsettled_below = 60;
   // The weakest corner: smallest eigenvalue of the mean structure tensor, (grey levels / px)^2,
   // above what the measured noise explains. Small, for clean synthetic images have weak corners
   // too.
@@ -89,6 +92,7 @@ struct VoOptions {
     v("cell_px", cell_px, Range{4, 1000});
     v("max_features", max_features, Range{8, 10000});
     v("min_features", min_features, Range{6, 10000});
+    v("unsettled_below", unsettled_below, Range{0, 10000});
     v("min_corner_score", min_corner_score, kNotNegative);
     v("corner_noise_factor", corner_noise_factor, kNotNegative);
     v("start_disparity_px", start_disparity_px, kPositive);

@@ -176,6 +176,26 @@ TEST(VisualOdometry, TurningOnTheSpotIsNoStart) {
   }
 }
 
+// There and back again, farther than the field of view is wide: nothing of the map is seen in
+// between.
+TEST(VisualOdometry, TurningAwayFromTheMapAndBackIsNoLoss) {
+  constexpr int kTurnFrames = 90, kWalked = 45;
+  Driver driver;
+  for (int k = 0; k < kWalked; ++k) driver.feed(walk()[static_cast<size_t>(k)]);
+  ASSERT_GE(driver.start, 0);
+  const SE3 rest = TexturedRoom::path(kWalked - 1);
+  const SE3 start = TexturedRoom::path(driver.start);
+  for (int k = 1; k <= kTurnFrames; ++k) {
+    const double angle = 1.2 * std::sin(std::numbers::pi * k / kTurnFrames);
+    const SE3 turned = rest * SE3{expSO3(Vector3d(0, angle, 0)), Vector3d::Zero()};
+    driver.feed(room().draw(turned, kWalked - 1 + k), false);
+    EXPECT_TRUE(driver.healthy.back()) << k;
+    EXPECT_THAT(driver.poses.back(), test::PoseNear(start.inverse() * turned, 0.02, 0.02)) << k;
+  }
+  EXPECT_EQ(driver.count("lost"), 0);
+  EXPECT_THAT(driver.poses.back(), test::PoseNear(start.inverse() * rest, 0.008, 0.01));
+}
+
 TEST(VisualOdometry, AFrontalWallIsEnough) {
   TexturedRoom wall = room();
   wall.pillar = false;
