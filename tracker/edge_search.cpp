@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 
 #include "tracker/image_pyramid.h"
 
@@ -18,6 +19,14 @@ constexpr int kCell = 4;            // px
 // profile, derivative: 1 to 2 px^2) times the ramp over the step, which looks smaller from there.
 constexpr float kRampShift_px = 1;
 constexpr int kTangentTaps = 1;  // on each side: profiles are averaged over 3 parallels
+
+constexpr size_t kSides = 16;
+
+// The sector of a direction in the image.
+size_t sideOf(const Vector2d& direction) {
+  const double turn = std::atan2(direction.y(), direction.x()) / (2 * std::numbers::pi) + 0.5;
+  return static_cast<size_t>(turn * kSides) % kSides;
+}
 
 bool stronger(const EdgeCandidate& a, const EdgeCandidate& b) {
   return std::abs(a.contrast.gradient) > std::abs(b.contrast.gradient);
@@ -98,7 +107,7 @@ EdgeSearch::EdgeSearch(const EdgeModel& model, const Camera& camera, const RayQu
                        int object, const TrackerOptions& options)
     : model_(model), camera_(camera), rays_(rays), object_(object), options_(options) {}
 
-std::vector<int> EdgeSearch::visibleSamples(const SE3& T) const {
+std::vector<int> EdgeSearch::visibleSamples(const SE3& T, int max_samples) const {
   const Vector3d eye = T.inverse().translation;
   std::vector<int> samples = samplesInImage(T, eye);
   std::vector<Vector3d> points(samples.size());
@@ -110,7 +119,7 @@ std::vector<int> EdgeSearch::visibleSamples(const SE3& T) const {
   for (size_t i = 0; i < samples.size(); ++i)
     if (!hidden[i]) samples[kept++] = samples[i];
   samples.resize(kept);
-  const size_t limit = static_cast<size_t>(options_.max_samples);
+  const size_t limit = static_cast<size_t>(max_samples);
   if (samples.size() > limit) {  // evenly thinned
     for (size_t i = 0; i < limit; ++i) samples[i] = samples[i * kept / limit];
     samples.resize(limit);
@@ -125,8 +134,9 @@ std::vector<int> EdgeSearch::samplesInImage(const SE3& T, const Vector3d& eye) c
   const Matrix3d R = T.rotationMatrix();
   const double depth = std::max(T.translation.z(), 0.1 * model_.diameter);
   const double spacing_px = model_.sample_spacing * std::max(camera_.fx(), camera_.fy()) / depth;
-  const int stride =
-      std::clamp(static_cast<int>(std::lround(options_.sample_step_px / spacing_px)), 1, 1024);
+  const double step = options_.sample_step_m > 0 ? options_.sample_step_m / model_.sample_spacing
+                                                 : options_.sample_step_px / spacing_px;
+  const int stride = static_cast<int>(std::clamp(std::round(step), 1.0, 1024.0));
 
   Image<uint8_t> taken(camera_.width() / kCell + 1, camera_.height() / kCell + 1);
   std::vector<int> samples;
@@ -255,14 +265,23 @@ CueEquations EdgeCue::linearise(const SE3& T) {
   }
   equations.residuals = static_cast<int>(absolute_.size());
   equations.sigma_px = std::max(robustScale(absolute_), smallest_sigma_px_);
+  // Rims, shadows and highlights displace a whole side of an outline alike.
+  std::array<Vector6d, kSides> side_gradients;
+  side_gradients.fill(Vector6d::Zero());
+  const Vector2d middle = camera_.project(T.translation).value_or(Vector2d::Zero());
   for (size_t i = 0; i < observations_.size(); ++i) {
     const EdgeObservation& o = observations_[i];
     if (o.chosen < 0) continue;
-    const double weight = tukeyWeight(o.residual_px / equations.sigma_px, options_.tukey_constant);
-    if (weight > 0)
-      equations.add(jacobians[i], o.residual_px,
-                    weight / (equations.sigma_px * equations.sigma_px * options_.edge_correlation));
+    const double weight = tukeyWeight(o.residual_px / equations.sigma_px, options_.tukey_constant) /
+                          (equations.sigma_px * equations.sigma_px * options_.edge_correlation);
+    if (!(weight > 0)) continue;
+    equations.add(jacobians[i], o.residual_px, weight);
+    const double outwards = o.normal.dot(o.u_px - middle) < 0 ? -1 : 1;
+    side_gradients[sideOf(outwards * o.normal)] += outwards * weight * jacobians[i];
   }
+  const double variance = options_.edge_offset_px * options_.edge_offset_px;
+  for (const Vector6d& gradient : side_gradients)
+    equations.shared.noalias() += (variance * gradient) * gradient.transpose();
   return equations;
 }
 

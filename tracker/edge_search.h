@@ -54,8 +54,11 @@ class EdgeSearch {
              const TrackerOptions& options);
 
   // Samples that project into the image and are not hidden by the object itself, at most
-  // max_samples, about sample_step_px apart.
-  std::vector<int> visibleSamples(const SE3& T_camera_model) const;
+  // max_samples (of the options), about sample_step_px (or sample_step_m) apart.
+  std::vector<int> visibleSamples(const SE3& T_camera_model, int max_samples) const;
+  std::vector<int> visibleSamples(const SE3& T_camera_model) const {
+    return visibleSamples(T_camera_model, options_.max_samples);
+  }
 
   // A sample on its projected edge.
   struct Line {
