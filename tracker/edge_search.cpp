@@ -32,6 +32,10 @@ bool stronger(const EdgeCandidate& a, const EdgeCandidate& b) {
   return std::abs(a.contrast.gradient) > std::abs(b.contrast.gradient);
 }
 
+bool nearer(const EdgeCandidate& a, const EdgeCandidate& b) {
+  return std::abs(a.offset_px) < std::abs(b.offset_px);
+}
+
 // How far one can go from x along a direction before leaving [lowest, highest].
 double roomAlong(double x, double direction, double lowest, double highest) {
   const double room = std::min(x - lowest, highest - x);
@@ -207,7 +211,7 @@ bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, const Co
                                      found, kMaxCandidatesFound);
   out.candidate_count = std::min(count, EdgeObservation::kMaxCandidates);
   std::partial_sort_copy(found, found + count, out.candidates.begin(), out.candidates.end(),
-                         stronger);
+                         options_.nearest_edges ? nearer : stronger);
   if (remembered.gradient != 0)
     for (EdgeCandidate& c : out.candidates)
       c.like_before = std::min(std::abs(c.contrast.before - remembered.before),

@@ -8,7 +8,7 @@ namespace diorama {
 
 struct FilterOptions {
   // Dynamics, first order and autoregressive (AR): X' = X exp(ar_factor * motion) exp(noise).
-  double ar_factor = 1;  // 1 = constant velocity; paper: 0.5
+  double ar_factor = 0.5;  // paper; with 1 the particles' noise adds up in their motions
   // Noise of a frame, m and rad on each axis, for one half of the particles and for the other
   // (paper).
   double fine_sigma = 0.00015;

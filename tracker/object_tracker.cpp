@@ -122,7 +122,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   const double needed = trusted ? options_.claim_health : options_.start_health;
   const uint32_t index = static_cast<uint32_t>(frame.index);
   Estimate estimate;
-  if (starting_)
+  if (starting_ || (state_ == State::kLost && !direct_.ready()))
     estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), needed, index);
   else
     estimate = follow(frame);
