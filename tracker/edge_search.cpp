@@ -36,6 +36,27 @@ bool nearer(const EdgeCandidate& a, const EdgeCandidate& b) {
   return std::abs(a.offset_px) < std::abs(b.offset_px);
 }
 
+// Median ratio of the grey values beside the nearest edges to the remembered ones; 1 when little is
+// remembered.
+float brightnessAgainst(const std::vector<Contrast>& memory,
+                        const std::vector<EdgeObservation>& observations) {
+  constexpr size_t kFewest = 16;
+  constexpr float kDark = 8;  // grey levels; darker values have no ratio worth the name
+  std::vector<float> ratios;
+  for (const EdgeObservation& o : observations) {
+    const Contrast& known = memory[static_cast<size_t>(o.sample)];
+    const float before = known.before + known.after;
+    if (known.gradient == 0 || before < kDark) continue;
+    const auto end = o.candidates.begin() + o.candidate_count;
+    const auto nearest = std::min_element(o.candidates.begin(), end, nearer);
+    ratios.push_back((nearest->contrast.before + nearest->contrast.after) / before);
+  }
+  if (ratios.size() < kFewest) return 1;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  return *middle;
+}
+
 // How far one can go from x along a direction before leaving [lowest, highest].
 double roomAlong(double x, double direction, double lowest, double highest) {
   const double room = std::min(x - lowest, highest - x);
@@ -131,6 +152,11 @@ std::vector<int> EdgeSearch::visibleSamples(const SE3& T, int max_samples) const
   return samples;
 }
 
+bool EdgeSearch::onContour(const ModelEdge& edge, const Vector3d& eye) const {
+  const Vector3d view = model_.vertices[static_cast<size_t>(edge.a)] - eye;
+  return edge.kind == EdgeKind::kBoundary || edge.n1.dot(view) * edge.n2.dot(view) <= 0;
+}
+
 // Samples that project into the image, whether hidden or not, but one at most per small cell:
 // rounded creases of a model are several edges side by side, which see the same image edge. Contour
 // edges come first, since their place does not depend on the light.
@@ -146,10 +172,7 @@ std::vector<int> EdgeSearch::samplesInImage(const SE3& T, const Vector3d& eye) c
   std::vector<int> samples;
   for (const bool contour : {true, false})
     for (const ModelEdge& edge : model_.edges) {
-      const Vector3d view = model_.vertices[static_cast<size_t>(edge.a)] - eye;
-      const bool on_contour =
-          edge.kind == EdgeKind::kBoundary || edge.n1.dot(view) * edge.n2.dot(view) <= 0;
-      if (on_contour != contour || (edge.kind == EdgeKind::kSmooth && !contour)) continue;
+      if (onContour(edge, eye) != contour || (edge.kind == EdgeKind::kSmooth && !contour)) continue;
       for (int k = std::min(stride, edge.sample_count) / 2; k < edge.sample_count; k += stride) {
         const int index = edge.first_sample + k;
         const auto u =
@@ -184,8 +207,8 @@ std::optional<EdgeSearch::Line> EdgeSearch::projectSample(const SE3& T, const Ma
   return Line{projection->u_px, Vector2d(-along.y(), along.x()) / length};
 }
 
-bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, const Contrast& remembered,
-                         int range_px, EdgeObservation& out) const {
+bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, int range_px,
+                         EdgeObservation& out) const {
   const auto [x, y] = std::pair(line.u_px.x(), line.u_px.y());
   const double margin = kTangentTaps + 1;
   const double room = std::min(roomAlong(x, line.normal.x(), margin, image.width - 2 - margin),
@@ -212,11 +235,6 @@ bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, const Co
   out.candidate_count = std::min(count, EdgeObservation::kMaxCandidates);
   std::partial_sort_copy(found, found + count, out.candidates.begin(), out.candidates.end(),
                          options_.nearest_edges ? nearer : stronger);
-  if (remembered.gradient != 0)
-    for (EdgeCandidate& c : out.candidates)
-      c.like_before = std::min(std::abs(c.contrast.before - remembered.before),
-                               std::abs(c.contrast.after - remembered.after)) <=
-                      static_cast<float>(options_.contrast_tolerance);
   return count > 0;
 }
 
@@ -225,19 +243,37 @@ std::vector<EdgeObservation> EdgeSearch::search(const Image<uint8_t>& image, con
                                                 const std::vector<Contrast>& memory,
                                                 int range_px) const {
   const Matrix3d R = T.rotationMatrix();
+  const Vector3d eye = T.inverse().translation;
   std::vector<EdgeObservation> observations;
   observations.reserve(samples.size());
   for (const int index : samples) {
     const auto line = projectSample(T, R, index);
     if (!line) continue;
     EdgeObservation observation;
-    if (!observe(image, *line, memory[static_cast<size_t>(index)], range_px, observation)) continue;
+    if (!observe(image, *line, range_px, observation)) continue;
     observation.sample = index;
+    observation.contour = onContour(index, eye);
     observation.u_px = line->u_px;
     observation.normal = line->normal;
     observations.push_back(observation);
   }
+  compareContrast(memory, observations);
   return observations;
+}
+
+// Marks candidates of which neither side looks as remembered. When the light has changed, all of
+// them are brighter or darker in the same proportion.
+void EdgeSearch::compareContrast(const std::vector<Contrast>& memory,
+                                 std::vector<EdgeObservation>& observations) const {
+  const float gain = brightnessAgainst(memory, observations);
+  const float tolerance = static_cast<float>(options_.contrast_tolerance);
+  for (EdgeObservation& o : observations) {
+    const Contrast& known = memory[static_cast<size_t>(o.sample)];
+    if (known.gradient == 0) continue;
+    for (EdgeCandidate& c : o.candidates)
+      c.like_before = std::min(std::abs(c.contrast.before - gain * known.before),
+                               std::abs(c.contrast.after - gain * known.after)) <= tolerance;
+  }
 }
 
 CueEquations EdgeCue::linearise(const SE3& T) {

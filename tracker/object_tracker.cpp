@@ -66,10 +66,11 @@ class EdgeTracker::Implementation {
   ImagePyramid image_;
 
   State state_ = State::kWaiting;
-  SE3 T_last_;             // T_camera_model of the last frame that was not lost
-  SE3 T_good_;             // ... of the last frame that was good, or as given
-  int doubts_ = 0;         // frames in a row that were not good
-  bool starting_ = false;  // no good frame since the last given start
+  SE3 T_last_;                   // T_camera_model of the last frame that was not lost
+  SE3 T_good_;                   // ... of the last frame that was good, or as given
+  int doubts_ = 0;               // frames in a row that were not good
+  bool reference_good_ = false;  // the grey values of direct_ are of a good frame
+  bool starting_ = false;        // no good frame since the last given start
   int64_t last_ns_ = 0;
   std::optional<Vector6d> velocity_;  // of the model in its own frame, 1/s
   double usual_cost_ = -1;            // of the direct alignment when it went well; -1 = unknown
@@ -122,12 +123,12 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   const double needed = trusted ? options_.claim_health : options_.start_health;
   const uint32_t index = static_cast<uint32_t>(frame.index);
   Estimate estimate;
-  if (starting_ || (state_ == State::kLost && !direct_.ready()))
+  if (starting_ || (state_ == State::kLost && !reference_good_))
     estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), needed, index);
   else
     estimate = follow(frame);
   bool good = estimate.health.value >= needed;
-  if (!good && direct_.ready()) {
+  if (!good && reference_good_) {
     Estimate rescued = rescue(predict(frame.timestamp_ns), index);
     if (rescued.health.value > estimate.health.value) {
       estimate = std::move(rescued);
@@ -208,8 +209,16 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   state_ = good ? State::kTracking : State::kDoubtful;
   T_last_ = estimate.T_camera_model;
   last_ns_ = timestamp_ns;
-  if (!good) return;
+  if (!good) {
+    // An unconfirmed start is carried by its grey values, lest it drifts away before it is proven.
+    if (starting_ && (!direct_.ready() || !reference_good_)) {
+      direct_.setReference(image_, T_last_);
+      reference_good_ = false;
+    }
+    return;
+  }
   starting_ = false;
+  reference_good_ = true;
   T_good_ = T_last_;
   direct_.setReference(image_, T_good_);
   refiner_.remember(estimate);

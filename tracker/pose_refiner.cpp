@@ -52,8 +52,17 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
         estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }
   estimate.observations = search_.search(*image_, T, samples, memory_, kHealthRange);
-  estimate.health = assessHealth(samples.size(), estimate.observations, texture_, options_);
+  estimate.health =
+      assessHealth(countSamples(samples, T), estimate.observations, texture_, options_);
   return estimate;
+}
+
+VisibleSamples PoseRefiner::countSamples(const std::vector<int>& samples, const SE3& T) const {
+  const Vector3d eye = T.inverse().translation;
+  VisibleSamples count;
+  for (const int sample : samples)
+    ++(search_.onContour(sample, eye) ? count.contour : count.crease);
+  return count;
 }
 
 SolverLimits PoseRefiner::solverLimits() const {

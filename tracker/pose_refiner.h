@@ -66,6 +66,7 @@ class PoseRefiner {
     return {options_.wide_search_px, options_.narrow_search_px};
   }
   SolverLimits solverLimits() const;
+  VisibleSamples countSamples(const std::vector<int>& samples, const SE3& T_camera_model) const;
   std::optional<double> logLikelihood(size_t visible_samples,
                                       const std::vector<EdgeObservation>& observations) const;
   void learnContrast(const std::vector<EdgeObservation>& observations);

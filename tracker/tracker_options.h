@@ -58,9 +58,9 @@ struct TrackerOptions {
   // Between `lost` and `claim` the pose is followed for a while, but neither claimed nor
   // remembered.
   double inlier_px = 1.5;
-  double claim_health = 0.4;   // an object half hidden is still claimed
-  double start_health = 0.65;  // after a start, a doubt or a loss: wrong poses in clutter reach
-                               // 0.6, right ones stay above 0.7
+  double claim_health = 0.35;  // an object half hidden is still claimed
+  double start_health = 0.6;   // after a start, a doubt or a loss: 3% of wrong poses that were
+                               // fitted in clutter reach it
   double lost_health = 0.2;
   int doubtful_frames = 10;      // in a row, before the object is lost
   double claim_sigma_m = 0.015;  // a pose that is less certain is not claimed
