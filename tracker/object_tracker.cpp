@@ -150,21 +150,28 @@ Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
   if (!filter_.started()) filter_.start(T_last_);
   filter_.propagate(std::clamp(seconds, 0.0, kLongestExtrapolation_s), index);
   const SE3 predicted = weightedMean(filter_.particles()).T;
-  filter_.shift(predicted.inverse() * alignFromLast(predicted));
-  const std::vector<int> samples =
-      refiner_.visibleSamples(weightedMean(filter_.particles()).T, options_.filter.max_samples);
+  const SE3 aligned = alignFromLast(predicted);
+  filter_.shift(predicted.inverse() * aligned);
+  const std::vector<int> samples = refiner_.visibleSamples(aligned, options_.filter.max_samples);
   const std::vector<int> ranges(static_cast<size_t>(options_.filter.rounds),
                                 options_.filter.search_px);
-  filter_.update([&](const SE3& T) { return refiner_.judge(T, samples, ranges); }, seconds, index);
-  return refiner_.refine(filter_.mean().T);
+  // Where the particles lie in several valleys their mean may lie in none.
+  Estimate alone = refiner_.refine(aligned);
+  if (!filter_.update([&](const SE3& T) { return refiner_.judge(T, samples, ranges); }, seconds,
+                      index))
+    return alone;
+  Estimate by_particles = refiner_.refine(filter_.mean().T);
+  return by_particles.health.value > alone.health.value ? by_particles : alone;
 }
 
-// From a given pose: directly, and where that does not end well, by annealed particles around it.
+// From a given pose: directly, and where that does not end well, by annealed particles around it,
+// unless it is known how the object looked before.
 Estimate EdgeTracker::Implementation::startAt(const SE3& start, double needed,
                                               uint32_t frame_index) {
   const FilterOptions& options = options_.filter;
   Estimate best = refiner_.refineStart(start);
-  if (best.health.value >= needed || options.start_particles == 0) return best;
+  // With good grey values the rescue does as well, and costs less.
+  if (best.health.value >= needed || options.start_particles == 0 || reference_good_) return best;
   const std::vector<int> ranges{options.start_search_px, options.search_px};
   const auto judge = [&](const SE3& T) {
     return refiner_.judge(T, refiner_.visibleSamples(T, options.max_samples), ranges);
@@ -211,16 +218,13 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   last_ns_ = timestamp_ns;
   if (!good) {
     // An unconfirmed start is carried by its grey values, lest it drifts away before it is proven.
-    if (starting_ && (!direct_.ready() || !reference_good_)) {
-      direct_.setReference(image_, T_last_);
-      reference_good_ = false;
-    }
+    if (starting_ && !reference_good_) direct_.setReference(image_, T_last_);
     return;
   }
   starting_ = false;
-  reference_good_ = true;
   T_good_ = T_last_;
   direct_.setReference(image_, T_good_);
+  reference_good_ = direct_.ready();
   refiner_.remember(estimate);
 }
 

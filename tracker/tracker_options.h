@@ -63,8 +63,8 @@ struct TrackerOptions {
                                // fitted in clutter reach it
   double lost_health = 0.2;
   int doubtful_frames = 10;      // in a row, before the object is lost
-  double claim_sigma_m = 0.015;  // a pose that is less certain is not claimed
-  double claim_sigma_rad = 0.03;
+  double claim_sigma_m = 0.025;  // a pose that is less certain is not claimed: half of what counts
+  double claim_sigma_rad = 0.044;  // as lost, 5 cm and 5 degrees
 
   // Rescue of an unhealthy track by random starts around the prediction.
   int rescue_starts = 8;       // aligned, after screening by grey values ...
