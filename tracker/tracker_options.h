@@ -59,7 +59,7 @@ struct TrackerOptions {
   // remembered.
   double inlier_px = 1.5;
   double claim_health = 0.35;  // an object half hidden is still claimed
-  double start_health = 0.6;   // after a start, a doubt or a loss: 3% of wrong poses that were
+  double start_health = 0.65;  // after a start, a doubt or a loss: 2% of wrong poses that were
                                // fitted in clutter reach it
   double lost_health = 0.2;
   int doubtful_frames = 10;      // in a row, before the object is lost
