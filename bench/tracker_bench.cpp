@@ -29,7 +29,9 @@ void BM_TrackFrame(benchmark::State& state) {
   for (int k = 0; k < kFrames; ++k) frames.push_back(simulator.read(k).frame);
   const ObjectPrediction start{scene.T_world_camera(0).inverse() * tracked->T_world_object};
 
-  EdgeTracker tracker(model, simulator.camera(), rays, 0);
+  TrackerOptions options;
+  options.particles = static_cast<int>(state.range(0));
+  EdgeTracker tracker(model, simulator.camera(), rays, 0, options);
   size_t frame = 0;
   for (auto _ : state) {
     const auto given = frame == 0 ? std::optional(start) : std::nullopt;
@@ -39,7 +41,9 @@ void BM_TrackFrame(benchmark::State& state) {
 }
 
 BENCHMARK(BM_TrackFrame)
-    ->Name("BM_TrackFrame/particles:1")
+    ->ArgName("particles")
+    ->Arg(1)
+    ->Arg(20)
     ->Iterations(10 * kFrames)
     ->Unit(benchmark::kMillisecond);
 

@@ -22,7 +22,8 @@ enum class RandomStream : uint32_t {
   kPath,
   kTest,
   kImu,
-  kDetector
+  kDetector,
+  kParticles
 };
 
 class Random {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 
 #include "tracker/image_pyramid.h"
 
@@ -19,8 +20,41 @@ constexpr int kCell = 4;            // px
 constexpr float kRampShift_px = 1;
 constexpr int kTangentTaps = 1;  // on each side: profiles are averaged over 3 parallels
 
+constexpr size_t kSides = 16;
+
+// The sector of a direction in the image.
+size_t sideOf(const Vector2d& direction) {
+  const double turn = std::atan2(direction.y(), direction.x()) / (2 * std::numbers::pi) + 0.5;
+  return static_cast<size_t>(turn * kSides) % kSides;
+}
+
 bool stronger(const EdgeCandidate& a, const EdgeCandidate& b) {
   return std::abs(a.contrast.gradient) > std::abs(b.contrast.gradient);
+}
+
+bool nearer(const EdgeCandidate& a, const EdgeCandidate& b) {
+  return std::abs(a.offset_px) < std::abs(b.offset_px);
+}
+
+// Median ratio of the grey values beside the nearest edges to the remembered ones; 1 when little is
+// remembered.
+float brightnessAgainst(const std::vector<Contrast>& memory,
+                        const std::vector<EdgeObservation>& observations) {
+  constexpr size_t kFewest = 16;
+  constexpr float kDark = 8;  // grey levels; darker values have no ratio worth the name
+  std::vector<float> ratios;
+  for (const EdgeObservation& o : observations) {
+    const Contrast& known = memory[static_cast<size_t>(o.sample)];
+    const float before = known.before + known.after;
+    if (known.gradient == 0 || before < kDark) continue;
+    const auto end = o.candidates.begin() + o.candidate_count;
+    const auto nearest = std::min_element(o.candidates.begin(), end, nearer);
+    ratios.push_back((nearest->contrast.before + nearest->contrast.after) / before);
+  }
+  if (ratios.size() < kFewest) return 1;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  return *middle;
 }
 
 // How far one can go from x along a direction before leaving [lowest, highest].
@@ -98,7 +132,7 @@ EdgeSearch::EdgeSearch(const EdgeModel& model, const Camera& camera, const RayQu
                        int object, const TrackerOptions& options)
     : model_(model), camera_(camera), rays_(rays), object_(object), options_(options) {}
 
-std::vector<int> EdgeSearch::visibleSamples(const SE3& T) const {
+std::vector<int> EdgeSearch::visibleSamples(const SE3& T, int max_samples) const {
   const Vector3d eye = T.inverse().translation;
   std::vector<int> samples = samplesInImage(T, eye);
   std::vector<Vector3d> points(samples.size());
@@ -110,12 +144,17 @@ std::vector<int> EdgeSearch::visibleSamples(const SE3& T) const {
   for (size_t i = 0; i < samples.size(); ++i)
     if (!hidden[i]) samples[kept++] = samples[i];
   samples.resize(kept);
-  const size_t limit = static_cast<size_t>(options_.max_samples);
+  const size_t limit = static_cast<size_t>(max_samples);
   if (samples.size() > limit) {  // evenly thinned
     for (size_t i = 0; i < limit; ++i) samples[i] = samples[i * kept / limit];
     samples.resize(limit);
   }
   return samples;
+}
+
+bool EdgeSearch::onContour(const ModelEdge& edge, const Vector3d& eye) const {
+  const Vector3d view = model_.vertices[static_cast<size_t>(edge.a)] - eye;
+  return edge.kind == EdgeKind::kBoundary || edge.n1.dot(view) * edge.n2.dot(view) <= 0;
 }
 
 // Samples that project into the image, whether hidden or not, but one at most per small cell:
@@ -125,17 +164,15 @@ std::vector<int> EdgeSearch::samplesInImage(const SE3& T, const Vector3d& eye) c
   const Matrix3d R = T.rotationMatrix();
   const double depth = std::max(T.translation.z(), 0.1 * model_.diameter);
   const double spacing_px = model_.sample_spacing * std::max(camera_.fx(), camera_.fy()) / depth;
-  const int stride =
-      std::clamp(static_cast<int>(std::lround(options_.sample_step_px / spacing_px)), 1, 1024);
+  const double step = options_.sample_step_m > 0 ? options_.sample_step_m / model_.sample_spacing
+                                                 : options_.sample_step_px / spacing_px;
+  const int stride = static_cast<int>(std::clamp(std::round(step), 1.0, 1024.0));
 
   Image<uint8_t> taken(camera_.width() / kCell + 1, camera_.height() / kCell + 1);
   std::vector<int> samples;
   for (const bool contour : {true, false})
     for (const ModelEdge& edge : model_.edges) {
-      const Vector3d view = model_.vertices[static_cast<size_t>(edge.a)] - eye;
-      const bool on_contour =
-          edge.kind == EdgeKind::kBoundary || edge.n1.dot(view) * edge.n2.dot(view) <= 0;
-      if (on_contour != contour || (edge.kind == EdgeKind::kSmooth && !contour)) continue;
+      if (onContour(edge, eye) != contour || (edge.kind == EdgeKind::kSmooth && !contour)) continue;
       for (int k = std::min(stride, edge.sample_count) / 2; k < edge.sample_count; k += stride) {
         const int index = edge.first_sample + k;
         const auto u =
@@ -170,8 +207,8 @@ std::optional<EdgeSearch::Line> EdgeSearch::projectSample(const SE3& T, const Ma
   return Line{projection->u_px, Vector2d(-along.y(), along.x()) / length};
 }
 
-bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, const Contrast& remembered,
-                         int range_px, EdgeObservation& out) const {
+bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, int range_px,
+                         EdgeObservation& out) const {
   const auto [x, y] = std::pair(line.u_px.x(), line.u_px.y());
   const double margin = kTangentTaps + 1;
   const double room = std::min(roomAlong(x, line.normal.x(), margin, image.width - 2 - margin),
@@ -197,12 +234,7 @@ bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, const Co
                                      found, kMaxCandidatesFound);
   out.candidate_count = std::min(count, EdgeObservation::kMaxCandidates);
   std::partial_sort_copy(found, found + count, out.candidates.begin(), out.candidates.end(),
-                         stronger);
-  if (remembered.gradient != 0)
-    for (EdgeCandidate& c : out.candidates)
-      c.like_before = std::min(std::abs(c.contrast.before - remembered.before),
-                               std::abs(c.contrast.after - remembered.after)) <=
-                      static_cast<float>(options_.contrast_tolerance);
+                         options_.nearest_edges ? nearer : stronger);
   return count > 0;
 }
 
@@ -211,19 +243,37 @@ std::vector<EdgeObservation> EdgeSearch::search(const Image<uint8_t>& image, con
                                                 const std::vector<Contrast>& memory,
                                                 int range_px) const {
   const Matrix3d R = T.rotationMatrix();
+  const Vector3d eye = T.inverse().translation;
   std::vector<EdgeObservation> observations;
   observations.reserve(samples.size());
   for (const int index : samples) {
     const auto line = projectSample(T, R, index);
     if (!line) continue;
     EdgeObservation observation;
-    if (!observe(image, *line, memory[static_cast<size_t>(index)], range_px, observation)) continue;
+    if (!observe(image, *line, range_px, observation)) continue;
     observation.sample = index;
+    observation.contour = onContour(index, eye);
     observation.u_px = line->u_px;
     observation.normal = line->normal;
     observations.push_back(observation);
   }
+  compareContrast(memory, observations);
   return observations;
+}
+
+// Marks candidates of which neither side looks as remembered. When the light has changed, all of
+// them are brighter or darker in the same proportion.
+void EdgeSearch::compareContrast(const std::vector<Contrast>& memory,
+                                 std::vector<EdgeObservation>& observations) const {
+  const float gain = brightnessAgainst(memory, observations);
+  const float tolerance = static_cast<float>(options_.contrast_tolerance);
+  for (EdgeObservation& o : observations) {
+    const Contrast& known = memory[static_cast<size_t>(o.sample)];
+    if (known.gradient == 0) continue;
+    for (EdgeCandidate& c : o.candidates)
+      c.like_before = std::min(std::abs(c.contrast.before - gain * known.before),
+                               std::abs(c.contrast.after - gain * known.after)) <= tolerance;
+  }
 }
 
 CueEquations EdgeCue::linearise(const SE3& T) {
@@ -255,14 +305,23 @@ CueEquations EdgeCue::linearise(const SE3& T) {
   }
   equations.residuals = static_cast<int>(absolute_.size());
   equations.sigma_px = std::max(robustScale(absolute_), smallest_sigma_px_);
+  // Rims, shadows and highlights displace a whole side of an outline alike.
+  std::array<Vector6d, kSides> side_gradients;
+  side_gradients.fill(Vector6d::Zero());
+  const Vector2d middle = camera_.project(T.translation).value_or(Vector2d::Zero());
   for (size_t i = 0; i < observations_.size(); ++i) {
     const EdgeObservation& o = observations_[i];
     if (o.chosen < 0) continue;
-    const double weight = tukeyWeight(o.residual_px / equations.sigma_px, options_.tukey_constant);
-    if (weight > 0)
-      equations.add(jacobians[i], o.residual_px,
-                    weight / (equations.sigma_px * equations.sigma_px * options_.edge_correlation));
+    const double weight = tukeyWeight(o.residual_px / equations.sigma_px, options_.tukey_constant) /
+                          (equations.sigma_px * equations.sigma_px * options_.edge_correlation);
+    if (!(weight > 0)) continue;
+    equations.add(jacobians[i], o.residual_px, weight);
+    const double outwards = o.normal.dot(o.u_px - middle) < 0 ? -1 : 1;
+    side_gradients[sideOf(outwards * o.normal)] += outwards * weight * jacobians[i];
   }
+  const double variance = options_.edge_offset_px * options_.edge_offset_px;
+  for (const Vector6d& gradient : side_gradients)
+    equations.shared.noalias() += (variance * gradient) * gradient.transpose();
   return equations;
 }
 

@@ -30,8 +30,9 @@ struct EdgeCandidate {
 struct EdgeObservation {
   static constexpr int kMaxCandidates = 3;
   int sample = 0;
-  Vector2d u_px;    // where the sample projected when the search was made
-  Vector2d normal;  // unit, of the projected edge
+  bool contour = false;  // on the outline, or on an open rim; otherwise a crease inside
+  Vector2d u_px;         // where the sample projected when the search was made
+  Vector2d normal;       // unit, of the projected edge
   int candidate_count = 0;
   std::array<EdgeCandidate, kMaxCandidates> candidates;  // the strongest
   int chosen = -1;                                       // by EdgeCue; -1 = none
@@ -54,8 +55,17 @@ class EdgeSearch {
              const TrackerOptions& options);
 
   // Samples that project into the image and are not hidden by the object itself, at most
-  // max_samples, about sample_step_px apart.
-  std::vector<int> visibleSamples(const SE3& T_camera_model) const;
+  // max_samples (of the options), about sample_step_px (or sample_step_m) apart.
+  std::vector<int> visibleSamples(const SE3& T_camera_model, int max_samples) const;
+  std::vector<int> visibleSamples(const SE3& T_camera_model) const {
+    return visibleSamples(T_camera_model, options_.max_samples);
+  }
+
+  // Whether a sample is on the outline or on an open rim, seen from `eye` in the model frame.
+  bool onContour(int sample, const Vector3d& eye) const {
+    return onContour(
+        model_.edges[static_cast<size_t>(model_.samples[static_cast<size_t>(sample)].edge)], eye);
+  }
 
   // A sample on its projected edge.
   struct Line {
@@ -72,10 +82,13 @@ class EdgeSearch {
                                       const std::vector<Contrast>& memory, int range_px) const;
 
  private:
+  bool onContour(const ModelEdge& edge, const Vector3d& eye) const;
   std::vector<int> samplesInImage(const SE3& T_camera_model, const Vector3d& eye) const;
 
-  bool observe(const Image<uint8_t>& image, const Line& line, const Contrast& remembered,
-               int range_px, EdgeObservation& out) const;
+  bool observe(const Image<uint8_t>& image, const Line& line, int range_px,
+               EdgeObservation& out) const;
+  void compareContrast(const std::vector<Contrast>& memory,
+                       std::vector<EdgeObservation>& observations) const;
 
   const EdgeModel& model_;
   const Camera& camera_;

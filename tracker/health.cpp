@@ -9,33 +9,44 @@ namespace {
 constexpr int kFewestPatches = 8;
 constexpr double kWithoutTexture = 0.5;  // factor when no patch agrees
 
-// Whether a familiar edge lies within `radius` of a place along the normal.
-bool hasEdgeAt(const EdgeObservation& o, double place_px, double radius_px) {
+constexpr double kNear = 1;  // px, of an edge that agrees; fitted poses are nearer
+
+// The strongest familiar edge within kNear of a place along the normal, of those that are at least
+// so strong; 0 when there is none.
+float edgeAt(const EdgeObservation& o, double place_px, float least) {
+  float strongest = 0;
   for (int k = 0; k < o.candidate_count; ++k) {
     const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
-    if (c.like_before && std::abs(c.offset_px - place_px) < radius_px) return true;
+    const float strength = std::abs(c.contrast.gradient);
+    if (c.like_before && std::abs(c.offset_px - place_px) < kNear && strength >= least)
+      strongest = std::max(strongest, strength);
   }
-  return false;
+  return strongest;
 }
 
 }  // namespace
 
-TrackHealth assessHealth(size_t visible_samples, const std::vector<EdgeObservation>& observations,
+TrackHealth assessHealth(const VisibleSamples& visible,
+                         const std::vector<EdgeObservation>& observations,
                          const TextureCue& texture, const TrackerOptions& options) {
   TrackHealth health;
-  if (visible_samples < static_cast<size_t>(options.min_samples)) {
+  if (visible.contour + visible.crease < static_cast<size_t>(options.min_samples)) {
     health.reason = "too few edges of the object are in the image";
     return health;
   }
   // In clutter and print some edge is near any line: what is found beside the expected place tells
-  // how much of what is found there is chance.
-  const double radius = options.inlier_px, beside = kHealthRange - radius;
+  // how much of what is found there is chance. A weaker one beside it tells nothing about an edge:
+  // wood grain beside an outline, or shading.
+  const double beside = kHealthRange - kNear;
   double at_place = 0, by_chance = 0;
   for (const EdgeObservation& o : observations) {
-    at_place += hasEdgeAt(o, 0, radius);
-    by_chance += 0.5 * (hasEdgeAt(o, beside, radius) + hasEdgeAt(o, -beside, radius));
+    const double weight = o.contour ? 1 : kCreaseWeight;
+    const float found = edgeAt(o, 0, 0);
+    at_place += weight * (found > 0);
+    by_chance += 0.5 * weight * ((edgeAt(o, beside, found) > 0) + (edgeAt(o, -beside, found) > 0));
   }
-  const double n = static_cast<double>(visible_samples);
+  const double n =
+      static_cast<double>(visible.contour) + kCreaseWeight * static_cast<double>(visible.crease);
   health.edge_agreement = std::max(0.0, (at_place - by_chance) / std::max(1.0, n - by_chance));
   const TextureCue::Agreement patches = texture.agreement(options.inlier_px);
   if (patches.expected >= kFewestPatches)

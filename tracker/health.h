@@ -1,6 +1,7 @@
 // How far a pose can be trusted.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -19,9 +20,19 @@ struct TrackHealth {
 // How far around a sample the health looks for edges, px.
 inline constexpr int kHealthRange = 6;
 
+// How many samples of the outline a sample counts for: whether a crease inside shows in the picture
+// is up to the light.
+inline constexpr double kCreaseWeight = 0.5;
+
+struct VisibleSamples {
+  size_t contour = 0;  // on the outline
+  size_t crease = 0;   // inside
+};
+
 // `observations` were made at the pose in question with kHealthRange; the texture was linearised
 // there.
-TrackHealth assessHealth(size_t visible_samples, const std::vector<EdgeObservation>& observations,
+TrackHealth assessHealth(const VisibleSamples& visible,
+                         const std::vector<EdgeObservation>& observations,
                          const TextureCue& texture, const TrackerOptions& options);
 
 }  // namespace diorama

@@ -2,9 +2,11 @@
 //
 //   predict        constant velocity, or the given start
 //   align          grey values of the last good frame, coarse to fine: carries large motions
+//   filter         with several particles: each is moved, refined and weighted; their mean goes on
 //   refine         rounds of {search edges along normals, robust Gauss-Newton with texture patches}
 //   assess         health: do the edges and the texture agree with the pose?
-//   rescue         when they do not: screened random starts, aligned and refined
+//   rescue         when they do not: screened random starts, aligned and refined; from a given
+//                  start, annealed particles
 //   remember       when they do: contrast of the edges, reference pixels, keyframe of the patches
 //
 // Poses inside are T_camera_model, the model frame being the object frame moved to the box centre.
@@ -21,6 +23,12 @@
 #include "tracker/pose_refiner.h"
 
 namespace diorama {
+namespace {
+
+// After a longer gap the old velocity says nothing.
+constexpr double kLongestExtrapolation_s = 0.5;
+
+}  // namespace
 
 class EdgeTracker::Implementation {
  public:
@@ -36,6 +44,8 @@ class EdgeTracker::Implementation {
   std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
+  Estimate follow(const Frame& frame);
+  Estimate startAt(const SE3& start, double needed, uint32_t frame_index);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
   void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
   ObjectMeasurement lose(const Frame& frame, const TrackHealth& health);
@@ -52,12 +62,15 @@ class EdgeTracker::Implementation {
   const EdgeModel model_;
   DirectAlignment direct_;
   PoseRefiner refiner_;
+  ParticleFilter filter_;
   ImagePyramid image_;
 
   State state_ = State::kWaiting;
-  SE3 T_last_;      // T_camera_model of the last frame that was not lost
-  SE3 T_good_;      // ... of the last frame that was good, or as given
-  int doubts_ = 0;  // frames in a row that were not good
+  SE3 T_last_;                   // T_camera_model of the last frame that was not lost
+  SE3 T_good_;                   // ... of the last frame that was good, or as given
+  int doubts_ = 0;               // frames in a row that were not good
+  bool reference_good_ = false;  // the grey values of direct_ are of a good frame
+  bool starting_ = false;        // no good frame since the last given start
   int64_t last_ns_ = 0;
   std::optional<Vector6d> velocity_;  // of the model in its own frame, 1/s
   double usual_cost_ = -1;            // of the direct alignment when it went well; -1 = unknown
@@ -73,7 +86,8 @@ EdgeTracker::Implementation::Implementation(ObjectModel object, Camera camera,
       rays_(std::move(rays)),
       model_(makeEdgeModel(object.mesh, options_)),
       direct_(model_, camera_, *rays_, object_index, options_),
-      refiner_(model_, camera_, *rays_, object_index, options_) {
+      refiner_(model_, camera_, *rays_, object_index, options_),
+      filter_(options_.filter, options_.particles, static_cast<uint64_t>(options_.seed)) {
   if (model_.edges.empty())
     throw InputError(SourcePlace{object_name_}, "the mesh has no edges that can be seen",
                      "give a mesh with faces of non-zero area");
@@ -97,6 +111,8 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     T_last_ = T_good_ = toModel(start->T_camera_object);
     state_ = State::kStarting;
     doubts_ = 0;
+    starting_ = true;
+    filter_.stop();
   } else if (state_ == State::kWaiting) {
     return notClaimed(frame, "no pose to start from");
   }
@@ -105,12 +121,15 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
 
   const bool trusted = state_ == State::kTracking || (start && start->verified);
   const double needed = trusted ? options_.claim_health : options_.start_health;
-  const SE3 predicted = predict(frame.timestamp_ns);
-  Estimate estimate =
-      start ? refiner_.refineStart(predicted) : refiner_.refine(alignFromLast(predicted));
+  const uint32_t index = static_cast<uint32_t>(frame.index);
+  Estimate estimate;
+  if (starting_ || (state_ == State::kLost && !reference_good_))
+    estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), needed, index);
+  else
+    estimate = follow(frame);
   bool good = estimate.health.value >= needed;
-  if (!good && direct_.ready()) {
-    Estimate rescued = rescue(predicted, static_cast<uint32_t>(frame.index));
+  if (!good && reference_good_) {
+    Estimate rescued = rescue(predict(frame.timestamp_ns), index);
     if (rescued.health.value > estimate.health.value) {
       estimate = std::move(rescued);
       good = estimate.health.value >= options_.start_health;
@@ -121,6 +140,48 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     return lose(frame, estimate.health);
   accept(estimate, frame.timestamp_ns, good);
   return report(frame, estimate, good);
+}
+
+// The pose of this frame from that of the last: by one hypothesis, or by the filter's mean.
+Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
+  if (options_.particles == 1) return refiner_.refine(alignFromLast(predict(frame.timestamp_ns)));
+  const double seconds = 1e-9 * static_cast<double>(frame.timestamp_ns - last_ns_);
+  const uint32_t index = static_cast<uint32_t>(frame.index);
+  if (!filter_.started()) filter_.start(T_last_);
+  filter_.propagate(std::clamp(seconds, 0.0, kLongestExtrapolation_s), index);
+  const SE3 predicted = weightedMean(filter_.particles()).T;
+  const SE3 aligned = alignFromLast(predicted);
+  filter_.shift(predicted.inverse() * aligned);
+  const std::vector<int> samples = refiner_.visibleSamples(aligned, options_.filter.max_samples);
+  const std::vector<int> ranges(static_cast<size_t>(options_.filter.rounds),
+                                options_.filter.search_px);
+  // Where the particles lie in several valleys their mean may lie in none.
+  Estimate alone = refiner_.refine(aligned);
+  if (!filter_.update([&](const SE3& T) { return refiner_.judge(T, samples, ranges); }, seconds,
+                      index))
+    return alone;
+  Estimate by_particles = refiner_.refine(filter_.mean().T);
+  return by_particles.health.value > alone.health.value ? by_particles : alone;
+}
+
+// From a given pose: directly, and where that does not end well, by annealed particles around it,
+// unless it is known how the object looked before.
+Estimate EdgeTracker::Implementation::startAt(const SE3& start, double needed,
+                                              uint32_t frame_index) {
+  const FilterOptions& options = options_.filter;
+  Estimate best = refiner_.refineStart(start);
+  // With good grey values the rescue does as well, and costs less.
+  if (best.health.value >= needed || options.start_particles == 0 || reference_good_) return best;
+  const std::vector<int> ranges{options.start_search_px, options.search_px};
+  const auto judge = [&](const SE3& T) {
+    return refiner_.judge(T, refiner_.visibleSamples(T, options.max_samples), ranges);
+  };
+  const std::vector<SE3> found = filter_.anneal(start, judge, frame_index);
+  for (size_t k = 0; k < found.size() && k < static_cast<size_t>(options.start_finalists); ++k) {
+    Estimate other = refiner_.refine(found[k]);
+    if (other.health.value > best.health.value) best = std::move(other);
+  }
+  return best;
 }
 
 ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
@@ -138,6 +199,7 @@ ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const Tr
   state_ = State::kLost;
   T_last_ = T_good_;
   velocity_.reset();
+  filter_.stop();
   ObjectMeasurement measurement = notClaimed(
       frame, "lost: " + (health.reason.empty() ? "hardly an edge agrees with any pose tried"
                                                : health.reason));
@@ -154,16 +216,20 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   state_ = good ? State::kTracking : State::kDoubtful;
   T_last_ = estimate.T_camera_model;
   last_ns_ = timestamp_ns;
-  if (!good) return;
+  if (!good) {
+    // An unconfirmed start is carried by its grey values, lest it drifts away before it is proven.
+    if (starting_ && !reference_good_) direct_.setReference(image_, T_last_);
+    return;
+  }
+  starting_ = false;
   T_good_ = T_last_;
   direct_.setReference(image_, T_good_);
+  reference_good_ = direct_.ready();
   refiner_.remember(estimate);
 }
 
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
   if (!velocity_) return T_last_;
-  // After a long gap the old velocity says nothing.
-  constexpr double kLongestExtrapolation_s = 0.5;
   const double seconds =
       std::min(1e-9 * static_cast<double>(timestamp_ns - last_ns_), kLongestExtrapolation_s);
   return T_last_ * exp(*velocity_ * seconds);

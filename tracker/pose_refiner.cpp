@@ -28,10 +28,7 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   SE3& T = estimate.T_camera_model;
   SE3 T_samples = start, T_texture = start;
   std::vector<int> samples = search_.visibleSamples(T);
-  SolverLimits limits;
-  limits.iterations = options_.solver_iterations;
-  limits.damping = options_.damping;
-  limits.model_diameter = model_.diameter;
+  const SolverLimits limits = solverLimits();
   texture_.align(*image_, T);
 
   for (size_t round = 0; round < search_ranges_px.size(); ++round) {
@@ -45,12 +42,71 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     const PoseSolution solution = solvePose(T, cues, limits);
     T = solution.T_camera_model;
     estimate.edges = solution.cues[0];
-    estimate.covariance =
+    estimate.own_covariance =
         covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
+    // Texture is told by poses of earlier frames, whose edges were displaced likewise: the edges
+    // alone say what the shared errors come to.
+    const Matrix6d by_edges =
+        covarianceFromHessian(estimate.edges.hessian, kUnknownSigmaM, kUnknownSigmaRad);
+    estimate.covariance =
+        estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }
   estimate.observations = search_.search(*image_, T, samples, memory_, kHealthRange);
-  estimate.health = assessHealth(samples.size(), estimate.observations, texture_, options_);
+  estimate.health =
+      assessHealth(countSamples(samples, T), estimate.observations, texture_, options_);
   return estimate;
+}
+
+VisibleSamples PoseRefiner::countSamples(const std::vector<int>& samples, const SE3& T) const {
+  const Vector3d eye = T.inverse().translation;
+  VisibleSamples count;
+  for (const int sample : samples)
+    ++(search_.onContour(sample, eye) ? count.contour : count.crease);
+  return count;
+}
+
+SolverLimits PoseRefiner::solverLimits() const {
+  SolverLimits limits;
+  limits.iterations = options_.solver_iterations;
+  limits.damping = options_.damping;
+  limits.model_diameter = model_.diameter;
+  return limits;
+}
+
+JudgedPose PoseRefiner::judge(const SE3& start, const std::vector<int>& samples,
+                              const std::vector<int>& search_ranges_px) const {
+  JudgedPose judged{std::nullopt, start, std::nullopt};
+  for (const int range : search_ranges_px) {
+    std::vector<EdgeObservation> found =
+        search_.search(*image_, judged.T_refined, samples, memory_, range);
+    EdgeCue edges(model_, camera_, options_, found, options_.wide_sigma_px);
+    if (range == search_ranges_px.front()) {
+      edges.linearise(start);
+      judged.log_likelihood = logLikelihood(samples.size(), found);
+    }
+    Cue* const cues[] = {&edges};
+    judged.T_refined = solvePose(judged.T_refined, cues, solverLimits()).T_camera_model;
+    judged.refined_log_likelihood = logLikelihood(samples.size(), found);
+  }
+  return judged;
+}
+
+// exp(-lambda_e * mean distance - lambda_v * share of samples without an edge) of the paper;
+// nothing where no sample is to be seen.
+std::optional<double> PoseRefiner::logLikelihood(
+    size_t visible_samples, const std::vector<EdgeObservation>& observations) const {
+  constexpr double kFarthest = 32;  // px, of an edge that was found (paper)
+  if (visible_samples == 0) return std::nullopt;
+  double distance = 0;
+  int valid = 0;
+  for (const EdgeObservation& o : observations) {
+    if (o.chosen < 0 || std::abs(o.residual_px) > kFarthest) continue;
+    distance += std::abs(o.residual_px);
+    ++valid;
+  }
+  const double mean = valid > 0 ? distance / valid : kFarthest;
+  const double invalid = 1 - valid / static_cast<double>(visible_samples);
+  return -options_.filter.lambda_edge * mean - options_.filter.lambda_valid * invalid;
 }
 
 Estimate PoseRefiner::refineStart(const SE3& start) {
@@ -83,7 +139,7 @@ void PoseRefiner::remember(const Estimate& estimate) {
   learnContrast(estimate.observations);
   texture_.correctKeyframe(estimate.edges);
   if (texture_.empty() || texture_.keyframeNeeded(estimate.T_camera_model))
-    texture_.setKeyframe(*image_, estimate.T_camera_model, estimate.covariance);
+    texture_.setKeyframe(*image_, estimate.T_camera_model, estimate.own_covariance);
 }
 
 void PoseRefiner::learnContrast(const std::vector<EdgeObservation>& observations) {

@@ -2,6 +2,7 @@
 // the texture patches, and what the image says about the result.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/ray_query.h"
@@ -9,6 +10,7 @@
 #include "tracker/edge_search.h"
 #include "tracker/health.h"
 #include "tracker/image_pyramid.h"
+#include "tracker/particle_filter.h"
 #include "tracker/pose_solver.h"
 #include "tracker/texture_cue.h"
 
@@ -18,6 +20,8 @@ namespace diorama {
 struct Estimate {
   SE3 T_camera_model;
   Matrix6d covariance = Matrix6d::Identity();
+  // The part of the covariance that neighbouring frames do not share.
+  Matrix6d own_covariance = Matrix6d::Identity();
   CueEquations edges;
   std::vector<EdgeObservation> observations;
   TrackHealth health;
@@ -40,6 +44,14 @@ class PoseRefiner {
   // ranges that lead to the best agreement are right.
   Estimate refineStart(const SE3& start);
 
+  // The cheap version of refine() for the many poses of a particle filter: edges alone, at the
+  // given samples, and how likely the pose is before and after.
+  JudgedPose judge(const SE3& start, const std::vector<int>& samples,
+                   const std::vector<int>& search_ranges_px) const;
+  std::vector<int> visibleSamples(const SE3& T_camera_model, int max_samples) const {
+    return search_.visibleSamples(T_camera_model, max_samples);
+  }
+
   // The share of visible samples with an edge nearby.
   double edgeScore(const SE3& T_camera_model) const;
 
@@ -53,6 +65,10 @@ class PoseRefiner {
   std::vector<int> usualRanges() const {
     return {options_.wide_search_px, options_.narrow_search_px};
   }
+  SolverLimits solverLimits() const;
+  VisibleSamples countSamples(const std::vector<int>& samples, const SE3& T_camera_model) const;
+  std::optional<double> logLikelihood(size_t visible_samples,
+                                      const std::vector<EdgeObservation>& observations) const;
   void learnContrast(const std::vector<EdgeObservation>& observations);
 
   const EdgeModel& model_;

@@ -15,8 +15,11 @@ namespace diorama {
 struct CueEquations {
   Matrix6d hessian = Matrix6d::Zero();   // sum w J^T J / sigma^2
   Vector6d gradient = Vector6d::Zero();  // sum w J^T r / sigma^2
-  double sigma_px = 0;                   // robust scale of the residuals
-  int residuals = 0;                     // scalars that could be evaluated
+  // Covariance of the gradient from errors that many residuals share, which more of them do not
+  // lessen; not in the Hessian.
+  Matrix6d shared = Matrix6d::Zero();
+  double sigma_px = 0;  // robust scale of the residuals
+  int residuals = 0;    // scalars that could be evaluated
 
   void add(const Vector6d& jacobian, double residual, double weight) {
     hessian.noalias() += (weight * jacobian) * jacobian.transpose();

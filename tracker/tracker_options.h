@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/options.h"
+#include "tracker/filter_options.h"
 
 namespace diorama {
 
@@ -16,13 +17,15 @@ struct TrackerOptions {
   int samples_per_diameter = 128;  // spacing of the points on edges that can remember contrast
 
   // Measurement along the normals of projected edges.
-  double sample_step_px = 8;  // distance of samples along a projected edge
+  double sample_step_px = 8;  // distance of samples along a projected edge ...
+  double sample_step_m = 0;   // ... or along the edge itself (paper: 0.01); 0 = in the image
   int max_samples = 200;      // more bring time but no accuracy
   int min_samples = 16;       // fewer are no measurement
   int start_search_px = 16;   // range of the first round from a given pose
   int wide_search_px = 8;     // ranges of the rounds in every frame
   int narrow_search_px = 3;
   double min_contrast = 12;        // grey levels across an edge
+  bool nearest_edges = false;      // of many edges the nearest are kept (paper), not the strongest
   double contrast_tolerance = 20;  // grey levels; neither side like the remembered one: a doubt ...
   double contrast_penalty_px = 3;  // ... that counts like this distance, since contrast can flip
 
@@ -34,6 +37,7 @@ struct TrackerOptions {
   double texture_sigma_px = 0.1;   // smallest robust scale of texture patches
   // Errors that residuals share: so many of them count as one.
   double edge_correlation = 8;       // neighbouring samples of one edge
+  double edge_offset_px = 0.25;      // displacement that a whole side of the outline shares
   double texture_correlation = 4;    // patches under one light and blur
   double keyframe_correlation = 30;  // edges of consecutive frames
   double damping = 1e-4;             // of each normal equation, relative
@@ -54,18 +58,22 @@ struct TrackerOptions {
   // Between `lost` and `claim` the pose is followed for a while, but neither claimed nor
   // remembered.
   double inlier_px = 1.5;
-  double claim_health = 0.4;   // an object half hidden is still claimed
-  double start_health = 0.65;  // after a start, a doubt or a loss: wrong poses in clutter reach
-                               // 0.6, right ones stay above 0.7
+  double claim_health = 0.35;  // an object half hidden is still claimed
+  double start_health = 0.65;  // after a start, a doubt or a loss: 2% of wrong poses that were
+                               // fitted in clutter reach it
   double lost_health = 0.2;
   int doubtful_frames = 10;      // in a row, before the object is lost
-  double claim_sigma_m = 0.015;  // a pose that is less certain is not claimed
-  double claim_sigma_rad = 0.03;
+  double claim_sigma_m = 0.025;  // a pose that is less certain is not claimed: half of what counts
+  double claim_sigma_rad = 0.044;  // as lost, 5 cm and 5 degrees
 
   // Rescue of an unhealthy track by random starts around the prediction.
   int rescue_starts = 8;       // aligned, after screening by grey values ...
   int rescue_screened = 200;   // ... out of this many
   double rescue_sigma = 0.07;  // rad at the camera (half) and twice it about the object
+
+  // Hypotheses that are carried from frame to frame: one that is refined, or a particle filter.
+  int particles = 1;
+  FilterOptions filter;
   int seed = 1;
 
   template <class V>
@@ -75,12 +83,14 @@ struct TrackerOptions {
     v("weld_tolerance", weld_tolerance, Range{0, 0.1});
     v("samples_per_diameter", samples_per_diameter, Range{8, 4096});
     v("sample_step_px", sample_step_px, Range{1, 64});
+    v("sample_step_m", sample_step_m, kNotNegative);
     v("max_samples", max_samples, Range{16, 10000});
     v("min_samples", min_samples, Range{6, 10000});
     v("start_search_px", start_search_px, Range{1, 32});
     v("wide_search_px", wide_search_px, Range{1, 32});
     v("narrow_search_px", narrow_search_px, Range{1, 32});
     v("min_contrast", min_contrast, Range{0, 255});
+    v("nearest_edges", nearest_edges);
     v("contrast_tolerance", contrast_tolerance, Range{0, 255});
     v("contrast_penalty_px", contrast_penalty_px, kNotNegative);
     v("solver_iterations", solver_iterations, Range{1, 100});
@@ -89,6 +99,7 @@ struct TrackerOptions {
     v("narrow_sigma_px", narrow_sigma_px, kPositive);
     v("texture_sigma_px", texture_sigma_px, kPositive);
     v("edge_correlation", edge_correlation, Range{1, 1000});
+    v("edge_offset_px", edge_offset_px, kNotNegative);
     v("texture_correlation", texture_correlation, Range{1, 1000});
     v("keyframe_correlation", keyframe_correlation, Range{1, 1000});
     v("damping", damping, kNotNegative);
@@ -110,6 +121,8 @@ struct TrackerOptions {
     v("rescue_starts", rescue_starts, Range{0, 1000});
     v("rescue_screened", rescue_screened, Range{0, 100000});
     v("rescue_sigma", rescue_sigma, kNotNegative);
+    v("particles", particles, Range{1, 1000});
+    v("filter", filter);
     v("seed", seed, Range{0, 2147483647});
   }
 };

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
 
@@ -239,6 +240,61 @@ TEST(EdgeCue, UnfamiliarCandidatesArePenalisedNotForbidden) {
   observations[0].candidate_count = 1;
   cue.linearise(T);
   EXPECT_EQ(observations[0].chosen, 0);
+}
+
+// All edges of the box in an image, with the grey values beside them remembered from another one
+// that is `gain` times as bright: the share that looks as remembered.
+double familiarAfterGain(double gain, double every_other = 0) {
+  const test::BoxScene scene;
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(test::boxMesh(), options);
+  const EdgeSearch search(model, scene.camera, scene.rays, 0, options);
+  const SE3 T = test::boxPose() * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
+  const Frame frame = scene.draw(test::boxPose(), 0);
+  const std::vector<int> samples = search.visibleSamples(T);
+  std::vector<Contrast> memory(model.samples.size());
+  for (const EdgeObservation& o : search.search(frame.gray, T, samples, memory, 3)) {
+    Contrast& known = memory[static_cast<size_t>(o.sample)] = o.candidates[0].contrast;
+    known.before = static_cast<float>(known.before / gain + every_other * (o.sample % 2));
+    known.after = static_cast<float>(known.after / gain + every_other * (o.sample % 2));
+  }
+  int familiar = 0, all = 0;
+  for (const EdgeObservation& o : search.search(frame.gray, T, samples, memory, 3))
+    familiar += o.candidates[0].like_before, ++all;
+  EXPECT_GT(all, 40);
+  return familiar / static_cast<double>(all);
+}
+
+TEST(EdgeSearch, RememberedContrastFollowsTheLight) {
+  EXPECT_EQ(familiarAfterGain(1), 1);
+  EXPECT_GT(familiarAfterGain(1.5), 0.9);
+  EXPECT_GT(familiarAfterGain(0.6), 0.9);
+  EXPECT_LT(familiarAfterGain(1, 60), 0.7);  // half of them look otherwise: that is not the light
+}
+
+// However many samples there are, their common displacement is not averaged away.
+TEST(EdgeCue, SharedErrorsDoNotShrinkWithTheNumberOfSamples) {
+  const test::BoxScene scene;
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(test::boxMesh(), options);
+  const EdgeSearch search(model, scene.camera, scene.rays, 0, options);
+  const SE3 T = test::boxPose() * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
+  const Frame frame = scene.draw(test::boxPose(), 0);
+  const auto covariances = [&](int copies) {
+    std::vector<EdgeObservation> once = search.search(
+        frame.gray, T, search.visibleSamples(T), std::vector<Contrast>(model.samples.size()), 3);
+    std::vector<EdgeObservation> all;
+    for (int k = 0; k < copies; ++k) all.insert(all.end(), once.begin(), once.end());
+    EdgeCue cue(model, scene.camera, options, all, 0.13);
+    const CueEquations equations = cue.linearise(T);
+    const Matrix6d inverse = equations.hessian.inverse();
+    return std::pair(inverse, Matrix6d(inverse * equations.shared * inverse));
+  };
+  const auto [few, few_shared] = covariances(1);
+  const auto [many, many_shared] = covariances(4);
+  EXPECT_NEAR(many.trace(), few.trace() / 4, 0.01 * few.trace());
+  EXPECT_NEAR(many_shared.trace(), few_shared.trace(), 0.01 * few_shared.trace());
+  EXPECT_GT(few_shared.trace(), 0);
 }
 
 }  // namespace

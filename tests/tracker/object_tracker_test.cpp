@@ -48,6 +48,41 @@ TEST(EdgeTracker, FollowsAPrintedBox) {
   }
 }
 
+TEST(EdgeTracker, ParticlesFollowItAsWell) {
+  const test::BoxScene scene;
+  TrackerOptions options;
+  options.particles = 20;
+  const auto tracker = makeTracker(scene, options);
+  for (int i = 0; i < 12; ++i) {
+    const auto start = i == 0 ? std::optional(startAt(poseOf(0))) : std::nullopt;
+    const ObjectMeasurement m = tracker->track(scene.draw(poseOf(i), i), start);
+    EXPECT_TRUE(m.claimed) << i << ": " << m.reason;
+    EXPECT_LT(errorOf(m.T_camera_object, poseOf(i)).m, 0.003) << i;
+  }
+}
+
+// Annealed particles reach farther than the rounds of one hypothesis do.
+TEST(EdgeTracker, AnnealingHelpsAStartThatIsFarOff) {
+  const test::BoxScene scene;
+  const Frame frame = scene.draw(poseOf(0), 0);
+  TrackerOptions without;
+  without.filter.start_particles = 0;
+  int found = 0, found_without = 0;
+  for (int i = 0; i < 8; ++i) {
+    Vector6d off;
+    off << 0.012 * std::cos(i), 0.012 * std::sin(i), 0.01 * std::cos(2 * i), 0.06 * std::sin(3 * i),
+        0.06 * std::cos(3 * i), 0.05;
+    const auto isFound = [&](const TrackerOptions& options) {
+      const ObjectMeasurement m =
+          makeTracker(scene, options)->track(frame, startAt(poseOf(0) * exp(off)));
+      return m.claimed && errorOf(m.T_camera_object, poseOf(0)).m < 0.004;
+    };
+    found += isFound({});
+    found_without += isFound(without);
+  }
+  EXPECT_GT(found, found_without);
+}
+
 TEST(EdgeTracker, ConvergesFromAPerturbedStart) {
   for (const double print : {0.0, 40.0}) {
     test::BoxScene scene;
