@@ -34,8 +34,8 @@ struct SmootherOptions {
   // Everything is, when an object or the poses (root mean square) moved so far, but only after at
   // least this part of the trajectory has been added since: that keeps the mean cost of a step
   // constant.
-  double relinearise_m = 0.01;
-  double relinearise_rad = 0.01;
+  double relinearise_m = 0.02;
+  double relinearise_rad = 0.02;
   double relinearise_growth = 0.05;
   // With more objects than `active_objects`, those that were not seen in this many poses are
   // eliminated.

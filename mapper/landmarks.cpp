@@ -49,6 +49,10 @@ void Landmarks::setSymmetries(const std::string& label, const Symmetries& symmet
   labels_[label].symmetries = symmetries;
 }
 
+void Landmarks::doubt(const std::string& label) {
+  for (Landmark& landmark : labels_[label].landmarks) landmark.past_runs = landmark.run = 0;
+}
+
 const Landmarks::Landmark& Landmarks::bestOf(const Label& label) {
   return *std::max_element(
       label.landmarks.begin(), label.landmarks.end(),

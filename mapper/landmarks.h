@@ -68,6 +68,9 @@ class Landmarks {
   AddResult add(ChainSmoother& smoother, size_t pose, const std::string& label,
                 ObjectFactor factor);
 
+  // Takes the support of all landmarks of a label away: the next ones that are measured win.
+  void doubt(const std::string& label);
+
   // In the order of their first measurement.
   const std::vector<std::string>& labels() const { return order_; }
   // The landmark that a label stands for; nothing for one that was never measured.

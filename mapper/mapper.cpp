@@ -76,6 +76,8 @@ class Mapper::Impl {
     return landmarks_.add(smoother_, *pose, measurement.object, *result.factor);
   }
 
+  void doubt(const std::string& object) { landmarks_.doubt(object); }
+
   MapEstimate update() {
     DIORAMA_CHECK(started());
     smoother_.update();
@@ -152,6 +154,7 @@ bool Mapper::started() const { return impl_->started(); }
 AddResult Mapper::addOdometry(const OdometryMeasurement& m) { return impl_->addOdometry(m); }
 AddResult Mapper::addGap(int64_t timestamp_ns) { return impl_->addGap(timestamp_ns); }
 AddResult Mapper::addObject(const ObjectMeasurement& m) { return impl_->addObject(m); }
+void Mapper::doubt(const std::string& object) { impl_->doubt(object); }
 MapEstimate Mapper::update() { return impl_->update(); }
 MapEstimate Mapper::estimate() const { return impl_->estimate(); }
 std::optional<ObjectPrediction> Mapper::predict(const std::string& object) const {

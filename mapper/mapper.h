@@ -93,6 +93,10 @@ class Mapper {
   // the gate; then it waits for others that agree with it.
   AddResult addObject(const ObjectMeasurement& measurement);
 
+  // What is known of an object's place counts no more when new measurements disagree: they will
+  // make the place it stands for.
+  void doubt(const std::string& object);
+
   // Smooths, and returns the belief.
   MapEstimate update();
 
