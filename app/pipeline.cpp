@@ -16,6 +16,7 @@ Pipeline::Pipeline(Method method, std::vector<PipelineObject> objects,
       options_(options) {
   for (PipelineObject& object : objects) {
     DIORAMA_CHECK(detector_ || object.initial_T_camera_object);
+    mapper_.setSymmetries(object.name, object.symmetries);
     objects_.push_back({std::move(object)});
   }
 }
@@ -27,6 +28,7 @@ FrameResult Pipeline::process(const Frame& frame) {
   measureObjects(frame, result);
   if (method_ != Method::kEbt) informOdometry(result);
   if (method_ == Method::kFused) updateMap(result);
+  noteAbsences(result);
   reportObjects(result);
   started_ = true;
   return result;
@@ -49,10 +51,7 @@ SE3 Pipeline::poseAt(int64_t timestamp_ns) const {
 }
 
 void Pipeline::moveMap(FrameResult& result) {
-  if (!started_) {
-    mapper_.start(now_ns_);
-    return;
-  }
+  if (!mapper_.started()) return;
   AddResult added{false, "the odometry gave nothing"};
   if (result.odometry) added = mapper_.addOdometry(*result.odometry);
   if (!added) DIORAMA_CHECK(mapper_.addGap(now_ns_));
@@ -76,9 +75,10 @@ void Pipeline::informOdometry(FrameResult& result) {
   result.odometry_ms += watch.ms();
 }
 
-// In fused, the graph's idea of an object that the tracker does not hold.
+// In fused, the graph's idea of an object that the tracker does not hold, or holds elsewhere.
 std::optional<ObjectPrediction> Pipeline::predict(const Object& object) const {
-  if (method_ != Method::kFused || !object.begun || object.claimed) return std::nullopt;
+  if (method_ != Method::kFused || !object.begun) return std::nullopt;
+  if (object.claimed && object.rejected < options_.reset_after_rejected) return std::nullopt;
   return mapper_.predict(object.parts.name);
 }
 
@@ -92,11 +92,11 @@ std::optional<SE3> Pipeline::carriedByOdometry(const Object& object) const {
 // Whether an object without a prediction, or with one that has led to nothing for long, is to be
 // looked for in this frame.
 bool Pipeline::isWanted(const Object& object) const {
-  if (!detector_ || object.claimed) return false;
+  if (!detector_ || (object.claimed && !object.overdue)) return false;
   if (method_ == Method::kVo && !odometry_->wantsObjects() && carriedByOdometry(object))
     return false;  // placed once
-  const bool due = object.unclaimed_frames % options_.search_every_frames == 0;
-  return due && (object.unclaimed_frames >= options_.redetect_after_frames || !predict(object));
+  const bool due = object.missed_frames % options_.search_every_frames == 0;
+  return due && (object.overdue || !predict(object));
 }
 
 // The initial pose in the first frame; in fused, the graph's prediction after a frame in which the
@@ -114,7 +114,9 @@ Pipeline::Starts Pipeline::findStarts(const Frame& frame, FrameResult& result) {
     if (isWanted(object)) wanted.push_back(static_cast<int>(i));
     if ((starts[i] = predict(object)))
       result.events.push_back(
-          {now_ns_, object.parts.name, "reset", 0, "restarted from the graph's prediction"});
+          {now_ns_, object.parts.name, "reset", static_cast<double>(object.missed_frames),
+           object.claimed ? "rejected by the graph; restarted from its prediction"
+                          : "restarted from the graph's prediction"});
   }
   if (!wanted.empty()) detect(frame, wanted, starts, result);
   return starts;
@@ -128,6 +130,7 @@ void Pipeline::detect(const Frame& frame, const std::vector<int>& wanted, Starts
     const size_t i = static_cast<size_t>(wanted[k]);
     starts[i] = ObjectPrediction{detections[k]->T_camera_object};
     starts[i]->verified = true;
+    if (objects_[i].overdue) mapper_.doubt(objects_[i].parts.name);
     const int inliers = detections[k]->inliers;
     result.events.push_back(
         {now_ns_, objects_[i].parts.name, "detected", detections[k]->health,
@@ -146,7 +149,6 @@ void Pipeline::measureObjects(const Frame& frame, FrameResult& result) {
       if (method_ == Method::kVo && odometry_->started())
         object.T_world_object = T_world_camera_ * starts[i]->T_camera_object;
     }
-    ++object.unclaimed_frames;
     if (!track) {
       object.claimed = false;
       continue;
@@ -154,10 +156,34 @@ void Pipeline::measureObjects(const Frame& frame, FrameResult& result) {
     ObjectMeasurement measurement = object.parts.tracker->track(frame, starts[i]);
     noteChange(object, measurement, result);
     object.claimed = measurement.claimed;
-    if (object.claimed) object.unclaimed_frames = 0;
+    // The graph has the last word in fused.
+    if (object.claimed && method_ != Method::kFused) noteHeard(object);
     result.objects.push_back({std::move(measurement), std::nullopt});
   }
   result.tracker_ms = watch.ms();
+}
+
+void Pipeline::noteHeard(Object& object) const {
+  object.rejected = object.missed_frames = 0;
+  object.heard_ns = now_ns_;
+  object.overdue = false;
+}
+
+// Counts the frames without a word of an object (the counter of Algorithm 1).
+void Pipeline::noteAbsences(FrameResult& result) {
+  for (Object& object : objects_) {
+    if (!object.heard_ns) object.heard_ns = now_ns_;
+    if (*object.heard_ns == now_ns_ && object.claimed) continue;
+    ++object.missed_frames;
+    const bool overdue =
+        object.missed_frames >= options_.redetect_after_frames ||
+        1e-9 * static_cast<double>(now_ns_ - *object.heard_ns) >= options_.redetect_after_s;
+    if (overdue && !object.overdue && method_ == Method::kFused && object.begun)
+      result.events.push_back({now_ns_, object.parts.name, "lost",
+                               static_cast<double>(object.missed_frames),
+                               "the graph has not heard of it for too long: looked for anew"});
+    object.overdue = overdue;
+  }
 }
 
 void Pipeline::noteChange(Object& object, const ObjectMeasurement& measurement,
@@ -172,13 +198,38 @@ void Pipeline::noteChange(Object& object, const ObjectMeasurement& measurement,
   object.was_lost = object.was_lost || (object.begun && !measurement.claimed);
 }
 
+// The map's world is the camera frame in which the odometry starts. Before, the objects alone would
+// tell where the camera is, and what is learnt of that later would go on moving the world.
+bool Pipeline::startMap() {
+  if (mapper_.started()) return true;
+  if (!first_ns_) first_ns_ = now_ns_;
+  const double waited_s = 1e-9 * static_cast<double>(now_ns_ - *first_ns_);
+  if (!odometry_->started() && waited_s < options_.odometry_wait_s) return false;
+  mapper_.start(now_ns_);
+  return true;
+}
+
 void Pipeline::updateMap(FrameResult& result) {
   const Stopwatch watch;
-  for (const ObjectResult& object : result.objects) {
-    if (!object.measurement->claimed) continue;
-    const AddResult added = mapper_.addObject(*object.measurement);
-    if (!added)
-      result.events.push_back({now_ns_, object.measurement->object, "rejected", 0, added.reason});
+  if (!startMap()) {
+    for (Object& object : objects_)
+      if (object.claimed) noteHeard(object);
+    return;
+  }
+  for (size_t i = 0; i < objects_.size(); ++i) {
+    const ObjectMeasurement& measurement = *result.objects[i].measurement;
+    if (!measurement.claimed) {
+      objects_[i].rejected = 0;
+      continue;
+    }
+    const AddResult added = mapper_.addObject(measurement);
+    if (added) {
+      noteHeard(objects_[i]);
+      continue;
+    }
+    ++objects_[i].rejected;
+    result.events.push_back(
+        {now_ns_, measurement.object, "rejected", added.innovation.value_or(0), added.reason});
   }
   result.T_world_camera = mapper_.update().T_world_camera;
   result.mapper_ms = watch.ms();
@@ -186,14 +237,15 @@ void Pipeline::updateMap(FrameResult& result) {
 
 void Pipeline::reportObjects(FrameResult& result) const {
   result.objects.resize(objects_.size());
-  const MapEstimate map = method_ == Method::kFused ? mapper_.estimate() : MapEstimate{};
+  const bool fused = method_ == Method::kFused && mapper_.started();
+  const MapEstimate map = fused ? mapper_.estimate() : MapEstimate{};
   for (size_t i = 0; i < objects_.size(); ++i) {
     ObjectResult& object = result.objects[i];
     const PipelineObject& parts = objects_[i].parts;
-    if (method_ == Method::kEbt && object.measurement->claimed)
+    if (method_ != Method::kVo && !fused && object.measurement->claimed)
       object.T_camera_object = object.measurement->T_camera_object;
     if (method_ == Method::kVo) object.T_camera_object = carriedByOdometry(objects_[i]);
-    if (method_ != Method::kFused) continue;
+    if (!fused) continue;
     for (const ObjectEstimate& estimate : map.objects)
       if (estimate.name == parts.name)
         object.T_camera_object = map.T_world_camera.inverse() * estimate.T_world_object;
@@ -201,7 +253,7 @@ void Pipeline::reportObjects(FrameResult& result) const {
 }
 
 Pipeline::Final Pipeline::finish() {
-  if (method_ != Method::kFused || !started_) {
+  if (method_ != Method::kFused || !mapper_.started()) {
     Final final{camera_, {now_ns_, T_world_camera_, {}}};
     if (method_ == Method::kVo)
       for (const Object& object : objects_)

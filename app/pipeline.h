@@ -11,6 +11,7 @@
 #include "core/errors.h"
 #include "core/frame.h"
 #include "core/object_detector.h"
+#include "core/object_model.h"
 #include "core/object_tracker.h"
 #include "core/odometry.h"
 #include "core/options.h"
@@ -50,17 +51,32 @@ struct PipelineObject {
   std::unique_ptr<ObjectTracker> tracker;  // not needed in vo, unless the odometry wants objects
   // In the first processed frame; without it the detector must find the object.
   std::optional<SE3> initial_T_camera_object;
+  Symmetries symmetries = {};
 };
 
 struct PipelineOptions {
-  // With the graph's prediction a tracker is restarted from that; an object that was not held for
-  // so many frames is looked for anew (Singhal et al. 2016: 500).
+  // With the graph's prediction a tracker is restarted from that; an object that the graph did not
+  // hear of for so many frames, or seconds, is looked for anew (Singhal et al. 2016: 500 frames).
   int redetect_after_frames = 500;
+  double redetect_after_s = 17;
   int search_every_frames = 1;  // while an object is looked for
+  // A tracker that claims its object is restarted when the graph has rejected it so many times in a
+  // row: by then the measurements would have made a place of their own, had they agreed.
+  int reset_after_rejected = 3;
+  // The map begins with the odometry, or after this time without it.
+  double odometry_wait_s = 3;
+  // Beside `vo` standard deviations of objects are multiplied with this, on top of the mapper's own
+  // scale: the odometry has a map and its errors do not add up as those of its steps would, while
+  // a tracker's errors are alike over many frames (measured: a map_nees of 8 instead of 190).
+  double object_sigma_scale_with_vo = 5;
   template <class V>
   void visit(V& v) {
     v("redetect_after_frames", redetect_after_frames, Range{0, 1000000000});
+    v("redetect_after_s", redetect_after_s, kNotNegative);
     v("search_every_frames", search_every_frames, Range{1, 1000000});
+    v("reset_after_rejected", reset_after_rejected, Range{1, 1000000});
+    v("odometry_wait_s", odometry_wait_s, kNotNegative);
+    v("object_sigma_scale_with_vo", object_sigma_scale_with_vo, kPositive);
   }
 };
 
@@ -88,7 +104,10 @@ class Pipeline {
     bool begun = false;                      // it was given a start
     bool claimed = false;                    // in the last frame
     bool was_lost = false;                   // at any time since it begun
-    int unclaimed_frames = 0;                // in a row
+    int rejected = 0;                        // claimed, but outside the gate: in a row
+    int missed_frames = 0;                   // not heard of: in a row
+    std::optional<int64_t> heard_ns = {};    // the last time it was
+    bool overdue = false;                    // not heard of for too long
     std::optional<SE3> T_world_object = {};  // where its start put it; vo
   };
   using Starts = std::vector<std::optional<ObjectPrediction>>;  // one per object
@@ -98,12 +117,15 @@ class Pipeline {
   void informOdometry(FrameResult& result);
   void moveMap(FrameResult& result);
   SE3 poseAt(int64_t timestamp_ns) const;
+  bool startMap();
   void updateMap(FrameResult& result);
   void reportObjects(FrameResult& result) const;
   Starts findStarts(const Frame& frame, FrameResult& result);
   std::optional<ObjectPrediction> predict(const Object& object) const;
   std::optional<SE3> carriedByOdometry(const Object& object) const;
   bool isWanted(const Object& object) const;
+  void noteHeard(Object& object) const;
+  void noteAbsences(FrameResult& result);
   void detect(const Frame& frame, const std::vector<int>& wanted, Starts& starts,
               FrameResult& result);
   void noteChange(Object& object, const ObjectMeasurement& measurement, FrameResult& result) const;
@@ -118,6 +140,7 @@ class Pipeline {
   Trajectory camera_;
   bool started_ = false;
   bool odometry_gap_ = false;  // the last frame's motion did not enter the map
+  std::optional<int64_t> first_ns_;
   int64_t now_ns_ = 0;
 };
 

@@ -33,4 +33,8 @@ std::optional<OdometryMeasurement> ReplayOdometry::track(const Frame& frame) {
   return sum;
 }
 
+bool ReplayOdometry::started() const {
+  return previous_ns_ && !steps_.empty() && steps_.front().from_ns <= *previous_ns_;
+}
+
 }  // namespace diorama

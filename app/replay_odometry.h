@@ -17,6 +17,9 @@ class ReplayOdometry : public Odometry {
   // the measurement has health 0 and the identity.
   std::optional<OdometryMeasurement> track(const Frame& frame) override;
 
+  // Once a step begins in the frame just tracked, or before it.
+  bool started() const override;
+
  private:
   std::vector<OdometryMeasurement> steps_;
   std::string source_;

@@ -118,7 +118,8 @@ struct Session {
         rays(std::make_shared<const EmbreeRayQuery>(meshesOf(models))),
         pipeline(method, makeObjects(arguments, input, first_frame, options, rays),
                  method == Method::kEbt ? nullptr : makeOdometry(arguments, input, options),
-                 options.mapper, makeDetector(arguments, input, options, rays), options.pipeline),
+                 mapperOptions(arguments, options), makeDetector(arguments, input, options, rays),
+                 options.pipeline),
         recorder(method, models),
         journal(models),
         painter(input.source->camera(), models, rays) {}
@@ -239,7 +240,8 @@ std::function<int()> setUpRun(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--odometry", arguments->odometry, "vo, simulated or replay:FILE")
       ->capture_default_str();
-  app.add_option("--tracker", arguments->tracker, "edge")->capture_default_str();
+  app.add_option("--tracker", arguments->tracker, "edge or replay:FILE (a measurements.csv)")
+      ->capture_default_str();
   app.add_option("--quality", arguments->quality, "of a scene's pictures: draft, standard or high")
       ->capture_default_str();
   app.add_option("--frames", arguments->frames, "A:B, zero-based and half-open");

@@ -1,6 +1,7 @@
 #include "app/run_setup.h"
 
 #include "app/replay_odometry.h"
+#include "app/replay_tracker.h"
 #include "core/errors.h"
 #include "core/measurements_io.h"
 #include "tracker/database_detector.h"
@@ -9,6 +10,17 @@
 
 namespace diorama {
 namespace fs = std::filesystem;
+
+namespace {
+
+// Of `replay:FILE`.
+std::optional<fs::path> replayFile(const std::string& name) {
+  constexpr std::string_view replay = "replay:";
+  if (!name.starts_with(replay)) return std::nullopt;
+  return name.substr(replay.size());
+}
+
+}  // namespace
 
 Method parseMethod(const std::string& name) {
   if (name == "vo") return Method::kVo;
@@ -21,18 +33,15 @@ void checkSupported(const RunArguments& arguments) {
   parseMethod(arguments.method);
   if (arguments.initial != "given" && arguments.initial != "detect")
     throw UsageError("--initial " + arguments.initial + ": possible: given, detect");
-  if (arguments.tracker != "edge")
-    throw UsageError("--tracker " + arguments.tracker + ": possible: edge");
+  if (arguments.tracker != "edge" && !replayFile(arguments.tracker))
+    throw UsageError("--tracker " + arguments.tracker + ": possible: edge, replay:FILE");
   if (arguments.every < 1) throw UsageError("--every must be at least 1");
 }
 
 std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input,
                                        const RunOptions& options) {
-  constexpr std::string_view replay = "replay:";
-  if (arguments.odometry.starts_with(replay)) {
-    const fs::path file = arguments.odometry.substr(replay.size());
-    return std::make_unique<ReplayOdometry>(readMeasurements(file).odometry, "replay");
-  }
+  if (const auto file = replayFile(arguments.odometry))
+    return std::make_unique<ReplayOdometry>(readMeasurements(*file).odometry, "replay");
   if (arguments.odometry == "vo")
     return std::make_unique<VisualOdometry>(input.source->camera(), options.vo);
   if (arguments.odometry != "simulated")
@@ -65,9 +74,18 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
                                         int first_frame, const RunOptions& options,
                                         const std::shared_ptr<const RayQuery>& rays) {
   std::vector<PipelineObject> objects;
+  const auto file = replayFile(arguments.tracker);
+  const Measurements recorded = file ? readMeasurements(*file) : Measurements{};
   for (size_t i = 0; i < input.objects.size(); ++i) {
     const KnownObject& known = input.objects[i];
-    PipelineObject object{known.model.name, nullptr, std::nullopt};
+    PipelineObject object{known.model.name, nullptr, std::nullopt, known.model.symmetries};
+    if (file) {
+      auto tracker = std::make_unique<ReplayTracker>(recorded.objects, known.model.name, "replay");
+      object.initial_T_camera_object = tracker->firstPose().value_or(SE3{});
+      object.tracker = std::move(tracker);
+      objects.push_back(std::move(object));
+      continue;
+    }
     if (arguments.initial == "given")
       object.initial_T_camera_object = givenPose(arguments, input, known, first_frame);
     if (parseMethod(arguments.method) != Method::kVo || arguments.odometry == "vo")
@@ -82,10 +100,17 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
   return objects;
 }
 
+MapperOptions mapperOptions(const RunArguments& arguments, const RunOptions& options) {
+  MapperOptions mapper = options.mapper;
+  if (arguments.odometry == "vo")
+    mapper.object_sigma_scale *= options.pipeline.object_sigma_scale_with_vo;
+  return mapper;
+}
+
 std::unique_ptr<ObjectDetector> makeDetector(const RunArguments& arguments, const RunInput& input,
                                              const RunOptions& options,
                                              const std::shared_ptr<const RayQuery>& rays) {
-  if (arguments.initial != "detect") return nullptr;
+  if (arguments.initial != "detect" || replayFile(arguments.tracker)) return nullptr;
   std::vector<DetectorObject> objects;
   for (const KnownObject& known : input.objects)
     objects.push_back(

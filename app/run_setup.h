@@ -35,6 +35,9 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
                                         int first_frame, const RunOptions& options,
                                         const std::shared_ptr<const RayQuery>& rays);
 
+// The mapper's, as they are beside the chosen odometry.
+MapperOptions mapperOptions(const RunArguments& arguments, const RunOptions& options);
+
 // For `--initial detect`, otherwise nothing: the databases of the sequence, or made here from the
 // meshes. Throws InputError for a database that cannot be used.
 std::unique_ptr<ObjectDetector> makeDetector(const RunArguments& arguments, const RunInput& input,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -22,10 +23,10 @@ struct ObjectNode {
 };
 
 struct Graph {
-  std::vector<PoseNode> poses;           // the first is fixed
-  std::vector<OdometryFactor> odometry;  // [k] between poses k and k + 1
+  std::vector<PoseNode> poses;          // the first is fixed
+  std::deque<OdometryFactor> odometry;  // [k] between poses k and k + 1
   std::vector<ObjectNode> objects;
-  RobustKernel object_kernel;
+  RobustKernel object_kernel, odometry_kernel;
 };
 
 }  // namespace diorama

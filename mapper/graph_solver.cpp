@@ -11,25 +11,25 @@
 namespace diorama {
 namespace {
 
-// The part of a graph that is solved for, as Ceres holds it.
+// A graph as Ceres holds it.
 class GraphProblem {
  public:
-  GraphProblem(const Graph& graph, size_t first, const MarginalPrior* prior)
-      : first_(first),
-        manifold_(makeSE3Manifold()),
-        loss_(makeLoss(graph.object_kernel)),
+  explicit GraphProblem(const Graph& graph)
+      : manifold_(makeSE3Manifold()),
+        object_loss_(makeLoss(graph.object_kernel)),
+        odometry_loss_(makeLoss(graph.odometry_kernel)),
         problem_(problemOptions()) {
-    for (size_t k = first; k < graph.poses.size(); ++k)
-      poses_.push_back(toBlock(graph.poses[k].T_world_camera));
+    for (const PoseNode& pose : graph.poses) poses_.push_back(toBlock(pose.T_world_camera));
     for (const ObjectNode& object : graph.objects)
       objects_.push_back(toBlock(object.T_world_object));
     for (PoseBlock& block : poses_) addBlock(block);
-    if (first == 0) problem_.SetParameterBlockConstant(poses_.front().data());
+    problem_.SetParameterBlockConstant(poses_.front().data());
     addFactors(graph);
-    if (prior) addPrior(*prior);
   }
 
   ceres::Problem& problem() { return problem_; }
+  const double* newestPose() const { return poses_.back().data(); }
+  const double* object(size_t j) const { return objects_[j].data(); }
 
   bool isFinite() const {
     const auto finite = [](const PoseBlock& block) {
@@ -41,7 +41,7 @@ class GraphProblem {
 
   void copyTo(Graph& graph) const {
     for (size_t i = 0; i < poses_.size(); ++i)
-      graph.poses[first_ + i].T_world_camera = fromBlock(poses_[i].data());
+      graph.poses[i].T_world_camera = fromBlock(poses_[i].data());
     for (size_t j = 0; j < objects_.size(); ++j)
       graph.objects[j].T_world_object = fromBlock(objects_[j].data());
   }
@@ -62,38 +62,29 @@ class GraphProblem {
   void addFactors(const Graph& graph) {
     for (size_t i = 0; i < poses_.size(); ++i) {
       double* camera = poses_[i].data();
-      for (const ObjectFactor& factor : graph.poses[first_ + i].objects) {
+      for (const ObjectFactor& factor : graph.poses[i].objects) {
         PoseBlock& object = objects_[factor.object];
         addBlock(object);
-        problem_.AddResidualBlock(makeCost(factor).release(), loss_.get(), camera, object.data());
+        problem_.AddResidualBlock(makeCost(factor).release(), object_loss_.get(), camera,
+                                  object.data());
       }
       if (i + 1 < poses_.size())
-        problem_.AddResidualBlock(makeCost(graph.odometry[first_ + i]).release(), nullptr, camera,
-                                  poses_[i + 1].data());
+        problem_.AddResidualBlock(makeCost(graph.odometry[i]).release(), odometry_loss_.get(),
+                                  camera, poses_[i + 1].data());
     }
   }
 
-  void addPrior(const MarginalPrior& prior) {
-    std::vector<double*> blocks{poses_.front().data()};
-    for (size_t object : prior.slots()) {
-      addBlock(objects_[object]);
-      blocks.push_back(objects_[object].data());
-    }
-    problem_.AddResidualBlock(prior.makeCost().release(), nullptr, blocks);
-  }
-
-  size_t first_;
   std::vector<PoseBlock> poses_, objects_;
   std::unique_ptr<ceres::Manifold> manifold_;
-  std::unique_ptr<ceres::LossFunction> loss_;
+  std::unique_ptr<ceres::LossFunction> object_loss_, odometry_loss_;
   ceres::Problem problem_;
 };
 
 }  // namespace
 
-SolveResult solve(Graph& graph, size_t first, const MarginalPrior* prior, int max_iterations) {
-  DIORAMA_CHECK(first < graph.poses.size() && (prior || first == 0));
-  GraphProblem problem(graph, first, prior);
+SolveResult solve(Graph& graph, int max_iterations) {
+  DIORAMA_CHECK(!graph.poses.empty());
+  GraphProblem problem(graph);
   ceres::Solver::Options options;
   options.max_num_iterations = max_iterations;
   options.num_threads = 1;
@@ -101,8 +92,7 @@ SolveResult solve(Graph& graph, size_t first, const MarginalPrior* prior, int ma
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   // Eigen's factorisation, since the other ones call a BLAS with threads of its own.
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
-  // An update is followed by the next one, which goes on where it stopped.
-  options.function_tolerance = prior ? 1e-8 : 1e-12;
+  options.function_tolerance = 1e-12;
   options.parameter_tolerance = 1e-11;
   options.gradient_tolerance = 1e-12;
   ceres::Solver::Summary summary;
@@ -119,6 +109,43 @@ SolveResult solve(Graph& graph, size_t first, const MarginalPrior* prior, int ma
     problem.copyTo(graph);
   }
   return result;
+}
+
+std::optional<Eigen::MatrixXd> jointCovariance(const Graph& graph,
+                                               const std::vector<size_t>& objects) {
+  Graph plain = graph;
+  plain.object_kernel = plain.odometry_kernel = {};
+  GraphProblem problem(plain);
+  ceres::Covariance::Options options;
+  options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  options.algorithm_type = ceres::SPARSE_QR;
+  options.num_threads = 1;
+  ceres::Covariance covariance(options);
+  std::vector<const double*> blocks{problem.newestPose()};
+  for (size_t j : objects) blocks.push_back(problem.object(j));
+  if (!covariance.Compute(blocks, &problem.problem())) return std::nullopt;
+  const auto size = static_cast<Eigen::Index>(6 * blocks.size());
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> P(size, size);
+  if (!covariance.GetCovarianceMatrixInTangentSpace(blocks, P.data())) return std::nullopt;
+  return P;
+}
+
+double cost(const Graph& graph) {
+  double sum = 0;
+  const auto add = [&](const SE3& Z, const Matrix6d& W, const RobustKernel& kernel, const SE3& a,
+                       const SE3& b) {
+    sum += 0.5 * kernel((W * log(Z.inverse() * (a.inverse() * b))).squaredNorm()).rho;
+  };
+  for (size_t k = 0; k < graph.poses.size(); ++k) {
+    const PoseNode& pose = graph.poses[k];
+    for (const ObjectFactor& factor : pose.objects)
+      add(factor.Z, factor.W, graph.object_kernel, pose.T_world_camera,
+          graph.objects[factor.object].T_world_object);
+    if (k + 1 < graph.poses.size())
+      add(graph.odometry[k].Z, graph.odometry[k].W, graph.odometry_kernel, pose.T_world_camera,
+          graph.poses[k + 1].T_world_camera);
+  }
+  return sum;
 }
 
 }  // namespace diorama

@@ -1,10 +1,13 @@
-// Least squares over a graph, or over its newest poses, by Ceres.
+// Least squares over a whole graph by Ceres: the final polish, and what the smoother is tested
+// against.
 #pragma once
 
+#include <Eigen/Core>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "mapper/graph.h"
-#include "mapper/marginal_prior.h"
 
 namespace diorama {
 
@@ -15,9 +18,17 @@ struct SolveResult {
   std::string reason;  // why it is not usable
 };
 
-// Solves for the poses from `first` on and for all objects that they or the prior see; older poses
-// enter through the prior, whose front is `first`. Without a prior `first` is 0: everything. The
-// graph's very first pose is fixed. On one thread: the same input gives the same digits.
-SolveResult solve(Graph& graph, size_t first, const MarginalPrior* prior, int max_iterations);
+// Solves for all poses and objects; the first pose is fixed. On one thread: the same input gives
+// the same digits.
+SolveResult solve(Graph& graph, int max_iterations);
+
+// Covariance of the newest pose and the objects in `objects`, in right tangents and in that order,
+// by ceres::Covariance at the graph's present values and without kernels (Ceres adds their
+// curvature, which reweighting does not have). Nothing when it is singular.
+std::optional<Eigen::MatrixXd> jointCovariance(const Graph& graph,
+                                               const std::vector<size_t>& objects);
+
+// Half the sum of squares after kernels.
+double cost(const Graph& graph);
 
 }  // namespace diorama

@@ -18,25 +18,24 @@
 #include "core/measurements.h"
 #include "core/options.h"
 #include "core/trajectory.h"
+#include "mapper/chain_smoother.h"
+#include "mapper/landmarks.h"
 
 namespace diorama {
 
 struct MapperOptions {
-  // Newest poses that each update solves for; what leaves this window is kept as a marginal prior
-  // on the oldest pose in it and all objects.
-  int window_poses = 20;
-  int iterations = 3;         // Levenberg-Marquardt steps of an update, at most
-  int batch_iterations = 50;  // and of a solution over all poses
-  // A full solution renews the prior when one of its variables moved this far from where the prior
-  // was linearised, but only after at least this part of the trajectory has been added since.
-  double relinearise_m = 0.005;
-  double relinearise_rad = 0.01;
-  double relinearise_growth = 0.05;
+  SmootherOptions smoother;
+  GateOptions gate;
+  int batch_iterations = 50;  // Levenberg-Marquardt steps of the final solution, at most
   // Kernel of object factors: none, huber, cauchy, or cauchy_tail (quadratic up to the width, then
-  // as slowly growing as Cauchy's). The width is in standard deviations of the whitened residual;
-  // 4.1 holds 99% of good measurements (chi-square with 6 degrees of freedom, 16.81).
-  std::string object_kernel = "cauchy_tail";
+  // as slowly growing as Cauchy's), for what the gate lets in; weights are those of the residuals
+  // at the point of linearisation. The width is in standard deviations of the whitened
+  // residual; 4.1 holds 99% of good measurements (chi-square with 6 degrees of freedom, 16.81).
+  std::string object_kernel = "none";
   double object_kernel_width = 4.1;
+  // Kernel of odometry factors, in the same way.
+  std::string odometry_kernel = "none";
+  double odometry_kernel_width = 4.1;
   // Standard deviations are multiplied with these: measurements are treated as independent, and
   // errors that are correlated in time count for less than that.
   double object_sigma_scale = 1;
@@ -47,14 +46,13 @@ struct MapperOptions {
 
   template <class V>
   void visit(V& v) {
-    v("window_poses", window_poses, Range{2, 10000});
-    v("iterations", iterations, Range{1, 1000});
+    v("smoother", smoother);
+    v("gate", gate);
     v("batch_iterations", batch_iterations, Range{1, 10000});
-    v("relinearise_m", relinearise_m, kPositive);
-    v("relinearise_rad", relinearise_rad, kPositive);
-    v("relinearise_growth", relinearise_growth, kNotNegative);
     v("object_kernel", object_kernel);
     v("object_kernel_width", object_kernel_width, kPositive);
+    v("odometry_kernel", odometry_kernel);
+    v("odometry_kernel_width", odometry_kernel_width, kPositive);
     v("object_sigma_scale", object_sigma_scale, kPositive);
     v("odometry_sigma_scale", odometry_sigma_scale, kPositive);
     v("gap_m_s", gap_m_s, kPositive);
@@ -65,22 +63,18 @@ struct MapperOptions {
   std::optional<std::string> problem() const;
 };
 
-// What became of a measurement. A measurement that is refused has changed nothing.
-struct [[nodiscard]] AddResult {
-  bool added = false;
-  std::string reason;  // why it was refused; empty when it was added
-  explicit operator bool() const { return added; }
-};
-
 // One frame: addOdometry() or addGap() (but not for the first), addObject() for each measured
 // object, update(). Single-threaded and repeatable to the last digit.
 class Mapper {
  public:
   // The options must have no problem(); a programming error otherwise.
-  explicit Mapper(MapperOptions options = {});
+  explicit Mapper(const MapperOptions& options = MapperOptions());
   ~Mapper();
   Mapper(Mapper&&) noexcept;
   Mapper& operator=(Mapper&&) noexcept;
+
+  // Poses in which an object looks the same; before its first measurement.
+  void setSymmetries(const std::string& object, const Symmetries& symmetries);
 
   // Begins an empty map whose world is the camera frame at this time. Must come first.
   void start(int64_t timestamp_ns);
@@ -95,11 +89,15 @@ class Mapper {
   AddResult addGap(int64_t timestamp_ns);
 
   // Adds an object's pose, seen from a pose in the window; the first measurement of an object
-  // places it. Refused: not claimed, health 0, no pose at that time, numbers as above.
+  // places it. Refused: not claimed, health 0, no pose at that time, numbers as above, or outside
+  // the gate; then it waits for others that agree with it.
   AddResult addObject(const ObjectMeasurement& measurement);
 
-  // Solves for the window and returns the belief. A solution that is not finite is not taken over;
-  // the belief then stays where the measurements put it.
+  // What is known of an object's place counts no more when new measurements disagree: they will
+  // make the place it stands for.
+  void doubt(const std::string& object);
+
+  // Smooths, and returns the belief.
   MapEstimate update();
 
   // The belief after the last update(); objects in the order of their first measurement.
@@ -109,7 +107,7 @@ class Mapper {
   // for an object that was never measured.
   std::optional<ObjectPrediction> predict(const std::string& object) const;
 
-  // Solves for everything until it converges; object covariances are those of the whole graph.
+  // Solves for everything until it converges, in batch; object covariances are those there.
   MapEstimate finish();
 
   // T_world_camera of every pose: as last solved for; after finish(), with all hindsight.

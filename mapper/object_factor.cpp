@@ -18,11 +18,7 @@ ObjectFactorResult makeObjectFactor(const ObjectMeasurement& m, size_t object, d
 
 LinearisedPair linearise(const ObjectFactor& factor, const RobustKernel& kernel,
                          const SE3& T_world_camera, const SE3& T_world_object) {
-  const LinearisedPair pair = linearise(factor.Z, T_world_camera, T_world_object);
-  const Vector6d r = factor.W * pair.r;
-  const double root_weight = std::sqrt(kernel(r.squaredNorm()).slope);
-  const Matrix6d W = root_weight * factor.W;
-  return {root_weight * r, W * pair.J_a, W * pair.J_b};
+  return whitened(linearise(factor.Z, T_world_camera, T_world_object), factor.W, kernel);
 }
 
 std::unique_ptr<ceres::CostFunction> makeCost(const ObjectFactor& factor) {

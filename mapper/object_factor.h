@@ -25,8 +25,7 @@ struct ObjectFactorResult {
 ObjectFactorResult makeObjectFactor(const ObjectMeasurement& measurement, size_t object,
                                     double sigma_scale);
 
-// Whitened and multiplied with the square root of the kernel's weight rho'(|r|^2), so that a
-// least-squares step on it is a step of iteratively reweighted least squares.
+// Whitened, with the root of the kernel's weight.
 LinearisedPair linearise(const ObjectFactor& factor, const RobustKernel& kernel,
                          const SE3& T_world_camera, const SE3& T_world_object);
 

@@ -21,10 +21,9 @@ OdometryFactor makeGapFactor(double seconds, double sigma_m_s, double sigma_rad_
   return {SE3{}, w.asDiagonal()};
 }
 
-LinearisedPair linearise(const OdometryFactor& factor, const SE3& T_world_from,
-                         const SE3& T_world_to) {
-  const LinearisedPair pair = linearise(factor.Z, T_world_from, T_world_to);
-  return {factor.W * pair.r, factor.W * pair.J_a, factor.W * pair.J_b};
+LinearisedPair linearise(const OdometryFactor& factor, const RobustKernel& kernel,
+                         const SE3& T_world_from, const SE3& T_world_to) {
+  return whitened(linearise(factor.Z, T_world_from, T_world_to), factor.W, kernel);
 }
 
 std::unique_ptr<ceres::CostFunction> makeCost(const OdometryFactor& factor) {

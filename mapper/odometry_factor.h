@@ -1,5 +1,5 @@
 // Odometry between two consecutive camera poses:
-//   r = W * Log(Z^-1 * T_world_camera(k)^-1 * T_world_camera(k+1)).
+//   r = W * Log(Z^-1 * T_world_camera(k)^-1 * T_world_camera(k+1)), with a robust kernel on |r|^2.
 #pragma once
 
 #include <optional>
@@ -7,6 +7,7 @@
 
 #include "core/measurements.h"
 #include "mapper/relative_pose.h"
+#include "mapper/robust_kernel.h"
 
 namespace diorama {
 
@@ -25,10 +26,10 @@ OdometryFactorResult makeOdometryFactor(const OdometryMeasurement& measurement, 
 // Standing still for a while, within speeds (one sigma).
 OdometryFactor makeGapFactor(double seconds, double sigma_m_s, double sigma_rad_s);
 
-// Whitened.
-LinearisedPair linearise(const OdometryFactor& factor, const SE3& T_world_from,
-                         const SE3& T_world_to);
+// Whitened and multiplied with the square root of the kernel's weight, as object factors are.
+LinearisedPair linearise(const OdometryFactor& factor, const RobustKernel& kernel,
+                         const SE3& T_world_from, const SE3& T_world_to);
 
-std::unique_ptr<ceres::CostFunction> makeCost(const OdometryFactor& factor);
+std::unique_ptr<ceres::CostFunction> makeCost(const OdometryFactor& factor);  // without the kernel
 
 }  // namespace diorama

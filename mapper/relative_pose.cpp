@@ -40,6 +40,12 @@ LinearisedPair linearise(const SE3& Z, const SE3& T_world_a, const SE3& T_world_
   return {r, -J * adjoint(T_a_b.inverse()), J};
 }
 
+LinearisedPair whitened(const LinearisedPair& pair, const Matrix6d& W, const RobustKernel& kernel) {
+  const Vector6d r = W * pair.r;
+  const double weight = std::sqrt(kernel(r.squaredNorm()).slope);
+  return {weight * r, weight * (W * pair.J_a), weight * (W * pair.J_b)};
+}
+
 bool isUnitPose(const SE3& pose) {
   return pose.isFinite() && pose.translation.norm() < 1e6 &&
          std::abs(pose.rotation.norm() - 1) < 1e-6;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/se3.h"
+#include "mapper/robust_kernel.h"
 
 namespace ceres {
 class CostFunction;
@@ -21,6 +22,10 @@ struct LinearisedPair {
 // r = Log(Z^-1 * T_world_a^-1 * T_world_b), Z = measured T_a_b:
 //   dr/db = Jr^-1(r), dr/da = -Jr^-1(r) * Ad(T_b_a).
 LinearisedPair linearise(const SE3& Z, const SE3& T_world_a, const SE3& T_world_b);
+
+// Whitened, and multiplied with the square root of the kernel's weight rho'(|W r|^2), so that a
+// least-squares step on it is a step of iteratively reweighted least squares.
+LinearisedPair whitened(const LinearisedPair& pair, const Matrix6d& W, const RobustKernel& kernel);
 
 // Finite, of sane size, and with a unit quaternion.
 bool isUnitPose(const SE3& pose);

@@ -34,7 +34,7 @@ Rig makeRig(Method method, std::vector<bool> claims) {
   auto odometry =
       std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}});
   rig.pipeline =
-      std::make_unique<Pipeline>(method, std::move(objects), std::move(odometry), MapperOptions{});
+      std::make_unique<Pipeline>(method, std::move(objects), std::move(odometry), MapperOptions());
   return rig;
 }
 
@@ -136,7 +136,7 @@ DetectRig makeDetectRig(Method method, std::vector<bool> claims, std::vector<int
   rig.pipeline = std::make_unique<Pipeline>(
       method, std::move(objects),
       std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}}),
-      MapperOptions{}, std::move(detector), options);
+      MapperOptions(), std::move(detector), options);
   return rig;
 }
 
@@ -195,6 +195,101 @@ TEST(PipelineDetection, OdometryAloneCarriesTheObjectFromWhereItWasFound) {
   EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.04, 1e-12);
   EXPECT_EQ(rig.detector->searched, (std::vector<int>{0, 1, 2}));
   EXPECT_EQ(rig.pipeline->finish().map.objects.size(), 1u);
+}
+
+// A tracker that slips to something beside the object keeps its claim; the graph knows better.
+Rig makeSlippingRig(int from, double by_m, std::vector<bool> claims) {
+  Rig rig;
+  auto tracker = std::make_unique<FakeTracker>(
+      "box",
+      [from, by_m](int k) {
+        // Nowhere the same in the world, so that it makes no place of its own.
+        const double off = k < from ? 0 : by_m * (1 + 0.5 * (k - from));
+        return poseAt(0.01 * k + off);
+      },
+      std::move(claims));
+  rig.tracker = tracker.get();
+  std::vector<PipelineObject> objects;
+  objects.push_back({"box", std::move(tracker), poseAt(0)});
+  rig.pipeline = std::make_unique<Pipeline>(
+      Method::kFused, std::move(objects),
+      std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}}),
+      MapperOptions());
+  return rig;
+}
+
+TEST(PipelineFeedback, RejectedMeasurementsDoNotMoveTheMapAndResetTheTracker) {
+  Rig rig = makeSlippingRig(5, 0.1, std::vector<bool>(12, true));
+  FrameResult result;
+  int rejected = 0, resets = 0;
+  for (int k = 0; k < 12; ++k) {
+    result = rig.pipeline->process(frameAt(k));
+    for (const Event& event : result.events) {
+      rejected += event.event == "rejected";
+      resets += event.event == "reset";
+      if (event.event == "rejected") {
+        EXPECT_GT(event.value, 22.46);
+      }
+    }
+  }
+  EXPECT_EQ(rejected, 7);
+  EXPECT_EQ(resets, 4);  // from the third rejection on
+  EXPECT_FALSE(rig.tracker->starts[7].has_value());
+  ASSERT_TRUE(rig.tracker->starts[8].has_value());
+  EXPECT_NEAR(rig.tracker->starts[8]->translation.x(), 0.08, 5e-3);
+  EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.11, 5e-3);
+}
+
+TEST(PipelineFeedback, CountersAreFramesOrSeconds) {
+  for (const bool by_time : {false, true}) {
+    PipelineOptions options;
+    options.redetect_after_frames = by_time ? 1000 : 4;
+    options.redetect_after_s = by_time ? 0.13 : 1000;  // four frames of 33 ms
+    DetectRig rig = makeDetectRig(Method::kFused, {true, true}, {0}, options);
+    const std::vector<std::string> events = eventsOf(*rig.pipeline, 9);
+    EXPECT_EQ(rig.detector->searched, (std::vector<int>{0, 6, 7, 8})) << by_time;
+    // The tracker's own, and once that of the counter.
+    EXPECT_EQ(std::count(events.begin(), events.end(), "lost"), 2) << by_time;
+  }
+}
+
+// The object was moved while nobody saw it: found elsewhere by detection, it is believed again.
+TEST(PipelineFeedback, AnObjectFoundElsewhereAfterTheCounterHasANewPlace) {
+  std::vector<bool> claims(40, true);
+  for (size_t k = 20; k < 30; ++k) claims[k] = false;
+  auto tracker = std::make_unique<FakeTracker>(
+      "box", [](int k) { return poseAt(0.01 * k + (k < 20 ? 0 : 0.3)); }, std::move(claims));
+  std::vector<PipelineObject> objects;
+  objects.push_back({"box", std::move(tracker), std::nullopt});
+  PipelineOptions options;
+  options.redetect_after_frames = 5;
+  Pipeline pipeline(
+      Method::kFused, std::move(objects),
+      std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}}),
+      MapperOptions(), std::make_unique<FakeDetector>(std::vector<int>{0, 30}), options);
+  FrameResult result;
+  for (int k = 0; k < 40; ++k) result = pipeline.process(frameAt(k));
+  EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.39 + 0.3, 5e-3);
+}
+
+// One object tells where the camera is, and that where the other one is.
+TEST(PipelineFeedback, OneObjectHelpsToFindTheOther) {
+  auto first = std::make_unique<FakeTracker>(
+      "a", [](int k) { return poseAt(0.01 * k); }, std::vector<bool>(30, true));
+  std::vector<bool> claims(30, false);
+  std::fill(claims.begin(), claims.begin() + 10, true);
+  auto second = std::make_unique<FakeTracker>(
+      "b", [](int k) { return poseAt(0.01 * k + 0.2); }, std::move(claims));
+  FakeTracker* lost = second.get();
+  std::vector<PipelineObject> objects;
+  objects.push_back({"a", std::move(first), poseAt(0)});
+  objects.push_back({"b", std::move(second), poseAt(0.2)});
+  // The odometry says that the camera stands still, and that it is not sure of it.
+  Pipeline pipeline(Method::kFused, std::move(objects), std::make_unique<FakeOdometry>(SE3{}, 0.02),
+                    MapperOptions());
+  for (int k = 0; k < 30; ++k) pipeline.process(frameAt(k));
+  ASSERT_TRUE(lost->starts[29].has_value());
+  EXPECT_NEAR(lost->starts[29]->translation.x(), 0.29 + 0.2, 0.02);
 }
 
 }  // namespace

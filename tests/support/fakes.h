@@ -46,17 +46,18 @@ class FakeOdometry : public Odometry {
  public:
   static constexpr int kFailAt = 100;
 
-  explicit FakeOdometry(const SE3& step) : step_(step) {}
+  explicit FakeOdometry(const SE3& step, double sigma = 1e-3) : step_(step), sigma_(sigma) {}
 
   std::optional<OdometryMeasurement> track(const Frame& frame) override {
     const std::optional<int64_t> before = previous_ns_;
     previous_ns_ = frame.timestamp_ns;
     if (!before || frame.index == kFailAt) return std::nullopt;
-    return OdometryMeasurement{"fake", *before, frame.timestamp_ns, step_, covarianceOf(1e-3), 1};
+    return OdometryMeasurement{"fake", *before, frame.timestamp_ns, step_, covarianceOf(sigma_), 1};
   }
 
  private:
   SE3 step_;
+  double sigma_;
   std::optional<int64_t> previous_ns_;
 };
 

@@ -1,0 +1,347 @@
+#include "mapper/chain_smoother.h"
+
+#include <algorithm>
+
+#include "core/errors.h"
+
+namespace diorama {
+
+ChainSmoother::ChainSmoother(const SmootherOptions& options, const RobustKernel& object_kernel,
+                             const RobustKernel& odometry_kernel)
+    : options_(options), saved_(static_cast<size_t>(options.window_poses)) {
+  graph_.object_kernel = object_kernel;
+  graph_.odometry_kernel = odometry_kernel;
+}
+
+void ChainSmoother::start(int64_t timestamp_ns) {
+  *this = ChainSmoother(options_, graph_.object_kernel, graph_.odometry_kernel);
+  graph_.poses.push_back({timestamp_ns, SE3{}, {}});
+  pose_deltas_.push_back(Vector6d::Zero());
+  saveRoot(0);
+}
+
+void ChainSmoother::addPose(int64_t timestamp_ns, const OdometryFactor& odometry) {
+  const size_t from = newest();
+  graph_.poses.push_back({timestamp_ns, T_world_camera(from) * odometry.Z, {}});
+  pose_deltas_.push_back(Vector6d::Zero());
+  graph_.odometry.push_back(odometry);
+  const ChartPair pair = odometryPair(from);
+  cliques_.push_back(root_.advance(pair));
+  saveRoot(newest());
+  belief_.advance(pair);
+  takeOver();
+}
+
+size_t ChainSmoother::addObject(const std::string& name, const SE3& T_world_object) {
+  graph_.objects.push_back({name, T_world_object});
+  objects_.emplace_back();
+  return graph_.objects.size() - 1;
+}
+
+void ChainSmoother::addObservation(size_t pose, const ObjectFactor& factor) {
+  awaken(factor.object);
+  graph_.poses[pose].objects.push_back(factor);
+  ObjectState& object = objects_[factor.object];
+  object.last_seen = std::max(object.last_seen, pose);
+  if (pose != newest()) return replayFrom(pose);
+  const bool known = root_.holds(factor.object);
+  if (!known) root_.addObject(factor.object);
+  const ChartPair pair = objectPair(pose, factor);
+  root_.absorb(pair, factor.object);
+  if (!known) return solveRoot();
+  belief_.absorb(pair, root_.position(factor.object));
+  takeOver();
+}
+
+std::optional<double> ChainSmoother::innovation(size_t pose, const ObjectFactor& factor) {
+  awaken(factor.object);
+  // Not weighed by the kernel: the gate sees the whole residual.
+  const LinearisedPair white = whitened(
+      linearise(factor.Z, T_world_camera(pose), T_world_object(factor.object)), factor.W, {});
+  ChartPair pair = inCharts(white, pose_deltas_[pose], objects_[factor.object].delta);
+  if (pose == 0) pair.J_a.setZero();
+  if (pose == newest()) {
+    if (!root_.holds(factor.object)) return std::nullopt;
+    return belief_.innovation(pair, root_.position(factor.object));
+  }
+  const RootSystem* saved = savedRoot(pose);
+  if (!saved || !saved->holds(factor.object)) return std::nullopt;
+  const JointBelief belief(saved->solve(), pose == 0);
+  // What the later poses said about the mean is used; the covariance is that of the time.
+  const Eigen::Index at = saved->position(factor.object);
+  const Vector6d then =
+      pair.J_a * belief.delta().head<6>() + pair.J_b * belief.delta().segment<6>(at);
+  pair.r += pair.J_a * pose_deltas_[pose] + pair.J_b * objects_[factor.object].delta - then;
+  return belief.innovation(pair, at);
+}
+
+void ChainSmoother::update() {
+  solveRoot();
+  if (mayRelinearise()) {
+    backSubstitute(0);
+    poses_at_sweep_ = poseCount();
+    if (movedFar()) relinearise();
+  } else {
+    backSubstitute(newest() - std::min(newest(), saved_.size() - 1));
+    relineariseWindow();
+  }
+  dropDormant();
+}
+
+double ChainSmoother::relinearise() {
+  backSubstitute(0);
+  double step = 0;
+  const auto retract = [&](SE3& chart, Vector6d& delta) {
+    step = std::max(step, delta.cwiseAbs().maxCoeff());
+    chart = chart * exp(delta);
+    delta.setZero();
+  };
+  for (size_t k = 0; k < poseCount(); ++k) retract(graph_.poses[k].T_world_camera, pose_deltas_[k]);
+  for (size_t j = 0; j < objectCount(); ++j)
+    retract(graph_.objects[j].T_world_object, objects_[j].delta);
+  squares_m_ = squares_rad_ = 0;
+  for (SavedRoot& saved : saved_) saved.valid = false;
+  replayFrom(0);
+  backSubstitute(0);
+  return step;
+}
+
+void ChainSmoother::moveTo(const Graph& values) {
+  for (size_t k = 0; k < poseCount(); ++k) {
+    graph_.poses[k].T_world_camera = values.poses[k].T_world_camera;
+    pose_deltas_[k].setZero();
+  }
+  for (size_t j = 0; j < objectCount(); ++j) {
+    graph_.objects[j].T_world_object = values.objects[j].T_world_object;
+    objects_[j].delta.setZero();
+  }
+  squares_m_ = squares_rad_ = 0;
+  for (SavedRoot& saved : saved_) saved.valid = false;
+  replayFrom(0);
+  backSubstitute(0);
+}
+
+bool ChainSmoother::inWindow(size_t pose) const { return savedRoot(pose) != nullptr; }
+
+SE3 ChainSmoother::T_world_camera(size_t pose) const {
+  return graph_.poses[pose].T_world_camera * exp(pose_deltas_[pose]);
+}
+
+SE3 ChainSmoother::T_world_object(size_t object) const {
+  return graph_.objects[object].T_world_object * exp(objects_[object].delta);
+}
+
+Graph ChainSmoother::estimate() const {
+  Graph out = graph_;
+  for (size_t k = 0; k < poseCount(); ++k) out.poses[k].T_world_camera = T_world_camera(k);
+  for (size_t j = 0; j < objectCount(); ++j) out.objects[j].T_world_object = T_world_object(j);
+  return out;
+}
+
+ChainSmoother::Joint ChainSmoother::joint() const {
+  Joint out{belief_.P(), root_.slots()};
+  const auto toCurrent = [&](Eigen::Index at, const Vector6d& delta) {
+    const Matrix6d J = rightJacobian(delta);
+    out.P.middleRows<6>(at) = (J * out.P.middleRows<6>(at)).eval();
+    out.P.middleCols<6>(at) = (out.P.middleCols<6>(at) * J.transpose()).eval();
+  };
+  toCurrent(0, pose_deltas_.back());
+  for (size_t i = 0; i < out.slots.size(); ++i)
+    toCurrent(6 + 6 * static_cast<Eigen::Index>(i), objects_[out.slots[i]].delta);
+  return out;
+}
+
+ChainSmoother::PairCovariance ChainSmoother::covarianceWith(size_t object) const {
+  const ObjectState& state = objects_[object];
+  const Matrix6d J_camera = rightJacobian(pose_deltas_.back());
+  PairCovariance out{J_camera * belief_.P().topLeftCorner<6, 6>() * J_camera.transpose(),
+                     Matrix6d::Zero(), state.dormant_P};
+  if (!root_.holds(object)) return out;
+  const Eigen::Index at = root_.position(object);
+  const Matrix6d J_object = rightJacobian(state.delta);
+  out.cross = J_camera * belief_.P().block<6, 6>(0, at) * J_object.transpose();
+  out.object = J_object * belief_.P().block<6, 6>(at, at) * J_object.transpose();
+  return out;
+}
+
+// ----------------------------------------------------------------- the forward pass
+
+ChartPair ChainSmoother::odometryPair(size_t from) const {
+  const LinearisedPair pair = linearise(graph_.odometry[from], graph_.odometry_kernel,
+                                        T_world_camera(from), T_world_camera(from + 1));
+  ChartPair out = inCharts(pair, pose_deltas_[from], pose_deltas_[from + 1]);
+  if (from == 0) out.J_a.setZero();
+  return out;
+}
+
+ChartPair ChainSmoother::objectPair(size_t pose, const ObjectFactor& factor) const {
+  const LinearisedPair pair =
+      linearise(factor, graph_.object_kernel, T_world_camera(pose), T_world_object(factor.object));
+  ChartPair out = inCharts(pair, pose_deltas_[pose], objects_[factor.object].delta);
+  if (pose == 0) out.J_a.setZero();
+  return out;
+}
+
+// As of arriving at a pose: before anything that is seen from it.
+void ChainSmoother::saveRoot(size_t pose) {
+  SavedRoot& saved = saved_[pose % saved_.size()];
+  saved.pose = pose;
+  saved.valid = true;
+  saved.root = root_;
+}
+
+const RootSystem* ChainSmoother::savedRoot(size_t pose) const {
+  const SavedRoot& saved = saved_[pose % saved_.size()];
+  if (saved.valid && saved.pose == pose) return &saved.root;
+  const auto drops = drops_.find(pose);
+  return drops != drops_.end() ? &drops->second.before : nullptr;
+}
+
+// What is seen from a pose, and the objects that are let go there.
+void ChainSmoother::settle(size_t pose) {
+  for (const ObjectFactor& factor : graph_.poses[pose].objects) {
+    if (!root_.holds(factor.object)) root_.addObject(factor.object);
+    root_.absorb(objectPair(pose, factor), factor.object);
+  }
+  const auto drops = drops_.find(pose);
+  if (drops == drops_.end()) return;
+  for (Drop& drop : drops->second.drops) drop.clique = root_.eliminate(drop.object);
+}
+
+void ChainSmoother::replayFrom(size_t pose) {
+  const RootSystem* saved = savedRoot(pose);
+  if (pose == 0 || !saved) {
+    pose = 0;
+    root_ = RootSystem();
+    saveRoot(0);
+  } else {
+    root_ = RootSystem(*saved);
+  }
+  settle(pose);
+  for (; pose < newest(); ++pose) {
+    cliques_[pose] = root_.advance(odometryPair(pose));
+    const auto drops = drops_.find(pose + 1);
+    if (drops != drops_.end()) drops->second.before = root_;
+    saveRoot(pose + 1);
+    settle(pose + 1);
+  }
+  solveRoot();
+}
+
+void ChainSmoother::solveRoot() {
+  belief_ = JointBelief(root_.solve(), newest() == 0);
+  takeOver();
+}
+
+void ChainSmoother::takeOver() {
+  setPoseDelta(newest(), belief_.delta().head<6>());
+  const ObjectSlots& slots = root_.slots();
+  for (size_t i = 0; i < slots.size(); ++i)
+    objects_[slots[i]].delta = belief_.delta().segment<6>(6 + 6 * static_cast<Eigen::Index>(i));
+}
+
+// ----------------------------------------------------------------- objects that go and come back
+
+void ChainSmoother::awaken(size_t object) {
+  ObjectState& state = objects_[object];
+  if (!state.dropped_at) return;
+  const size_t pose = *state.dropped_at;
+  std::vector<Drop>& drops = drops_.at(pose).drops;
+  std::erase_if(drops, [&](const Drop& drop) { return drop.object == object; });
+  state.dropped_at.reset();
+  state.last_seen = newest();  // it is wanted now
+  replayFrom(pose);
+  if (drops.empty()) drops_.erase(pose);
+}
+
+void ChainSmoother::dropDormant() {
+  bool dropped = false;
+  while (root_.slots().size() > static_cast<size_t>(options_.active_objects)) {
+    const ObjectSlots& slots = root_.slots();
+    const size_t longest = *std::min_element(slots.begin(), slots.end(), [&](size_t a, size_t b) {
+      return objects_[a].last_seen < objects_[b].last_seen;
+    });
+    ObjectState& state = objects_[longest];
+    if (newest() - state.last_seen < static_cast<size_t>(options_.dormant_after_poses)) break;
+    if (!dropped) solveRoot();
+    state.dormant_P = covarianceWith(longest).object;
+    state.dropped_at = newest();
+    auto [drops, first] = drops_.try_emplace(newest());
+    if (first) drops->second.before = saved_[newest() % saved_.size()].root;
+    drops->second.drops.push_back({longest, root_.eliminate(longest)});
+    dropped = true;
+    belief_ = JointBelief(root_.solve(), newest() == 0);
+  }
+}
+
+// ----------------------------------------------------------------- the backward pass
+
+void ChainSmoother::backSubstitute(size_t oldest) {
+  const bool everything = oldest == 0;
+  for (size_t k = newest(); k-- > oldest;) {
+    const auto drops = drops_.find(k + 1);
+    if (drops != drops_.end())
+      for (auto drop = drops->second.drops.rbegin(); drop != drops->second.drops.rend(); ++drop)
+        objects_[drop->object].delta = solveClique(drop->clique, pose_deltas_[k + 1]);
+    const Vector6d delta = solveClique(cliques_[k], pose_deltas_[k + 1]);
+    const double change = (delta - pose_deltas_[k]).cwiseAbs().maxCoeff();
+    setPoseDelta(k, delta);
+    if (!everything && change < options_.wildfire) return;
+  }
+}
+
+Vector6d ChainSmoother::solveClique(const Clique& clique, const Vector6d& camera) const {
+  Vector6d rest = clique.d;
+  rest.noalias() -= clique.S.leftCols<6>() * camera;
+  Eigen::Index at = 6;
+  for (size_t object : *clique.slots) {
+    rest.noalias() -= clique.S.middleCols<6>(at) * objects_[object].delta;
+    at += 6;
+  }
+  return clique.R.triangularView<Eigen::Upper>().solve(rest);
+}
+
+// ----------------------------------------------------------------- relinearisation
+
+void ChainSmoother::setPoseDelta(size_t pose, const Vector6d& delta) {
+  Vector6d& old = pose_deltas_[pose];
+  squares_m_ += delta.head<3>().squaredNorm() - old.head<3>().squaredNorm();
+  squares_rad_ += delta.tail<3>().squaredNorm() - old.tail<3>().squaredNorm();
+  old = delta;
+}
+
+bool ChainSmoother::mayRelinearise() const {
+  return static_cast<double>(poseCount() - poses_at_sweep_) >=
+         options_.relinearise_growth * static_cast<double>(poseCount());
+}
+
+bool ChainSmoother::movedFar() const {
+  const double poses = static_cast<double>(poseCount());
+  const auto far = [&](const Vector6d& delta) {
+    return delta.head<3>().norm() > options_.relinearise_m ||
+           delta.tail<3>().norm() > options_.relinearise_rad;
+  };
+  for (size_t object : root_.slots())
+    if (far(objects_[object].delta)) return true;
+  return squares_m_ > poses * options_.relinearise_m * options_.relinearise_m ||
+         squares_rad_ > poses * options_.relinearise_rad * options_.relinearise_rad;
+}
+
+// The newest poses from the oldest one of the window that moved too far; objects stay in their
+// charts.
+void ChainSmoother::relineariseWindow() {
+  const size_t window = std::min(saved_.size() - 1, newest());
+  for (size_t k = poseCount() - window; k < poseCount(); ++k) {
+    if (pose_deltas_[k].cwiseAbs().maxCoeff() <= options_.relinearise_window) continue;
+    if (k == 0 || !savedRoot(k - 1)) continue;
+    for (size_t i = k; i < poseCount(); ++i) {
+      graph_.poses[i].T_world_camera = T_world_camera(i);
+      setPoseDelta(i, Vector6d::Zero());
+    }
+    replayFrom(k - 1);
+    backSubstitute(poseCount() - window - 1);
+    return;
+  }
+}
+
+}  // namespace diorama

@@ -1,0 +1,147 @@
+#include "mapper/root_system.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+#include "core/errors.h"
+
+namespace diorama {
+namespace {
+
+// Information below this part of the largest one is rounding.
+constexpr double kRounding = 1e-12;
+
+// Of a matrix that is positive definite but for rounding.
+Eigen::LLT<Matrix6d> factorise(const Matrix6d& A) {
+  Eigen::LLT<Matrix6d> llt(A);
+  if (llt.info() == Eigen::Success) return llt;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(A);
+  const Vector6d values =
+      eigen.eigenvalues().cwiseMax(kRounding * eigen.eigenvalues().cwiseAbs().maxCoeff());
+  llt.compute(eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose());
+  return llt;
+}
+
+}  // namespace
+
+ChartPair inCharts(const LinearisedPair& pair, const Vector6d& delta_a, const Vector6d& delta_b) {
+  ChartPair out{pair.r, pair.J_a, pair.J_b};
+  if (!delta_a.isZero(0)) {
+    out.J_a = pair.J_a * rightJacobian(delta_a);
+    out.r.noalias() -= out.J_a * delta_a;
+  }
+  if (!delta_b.isZero(0)) {
+    out.J_b = pair.J_b * rightJacobian(delta_b);
+    out.r.noalias() -= out.J_b * delta_b;
+  }
+  return out;
+}
+
+RootSystem::RootSystem()
+    : A_(Matrix6d::Identity()), b_(Vector6d::Zero()), slots_(std::make_shared<ObjectSlots>()) {}
+
+bool RootSystem::holds(size_t object) const {
+  return std::find(slots_->begin(), slots_->end(), object) != slots_->end();
+}
+
+Eigen::Index RootSystem::position(size_t object) const {
+  const auto found = std::find(slots_->begin(), slots_->end(), object);
+  DIORAMA_CHECK(found != slots_->end());
+  return 6 + 6 * (found - slots_->begin());
+}
+
+void RootSystem::addObject(size_t object) {
+  const Eigen::Index size = A_.rows();
+  A_.conservativeResizeLike(Eigen::MatrixXd::Zero(size + 6, size + 6));
+  b_.conservativeResizeLike(Eigen::VectorXd::Zero(size + 6));
+  ObjectSlots slots = *slots_;
+  slots.push_back(object);
+  slots_ = std::make_shared<const ObjectSlots>(std::move(slots));
+}
+
+void RootSystem::absorb(const ChartPair& pair, size_t object) {
+  const Eigen::Index at = position(object);
+  A_.topLeftCorner<6, 6>().noalias() += pair.J_a.transpose() * pair.J_a;
+  A_.block<6, 6>(at, at).noalias() += pair.J_b.transpose() * pair.J_b;
+  const Matrix6d cross = pair.J_a.transpose() * pair.J_b;
+  A_.block<6, 6>(0, at) += cross;
+  A_.block<6, 6>(at, 0) += cross.transpose();
+  b_.head<6>().noalias() -= pair.J_a.transpose() * pair.r;
+  b_.segment<6>(at).noalias() -= pair.J_b.transpose() * pair.r;
+}
+
+// With A11 = L L^T: S = L^-1 A12, A22 <- A22 - S^T S, b2 <- b2 - S^T L^-1 b1, where 1 is the camera
+// and 2 the next pose, which had no entries before, and the objects.
+Clique RootSystem::advance(const ChartPair& odometry) {
+  const Eigen::Index objects = size() - 6;
+  Matrix6d A11 = A_.topLeftCorner<6, 6>();
+  A11.noalias() += odometry.J_a.transpose() * odometry.J_a;
+  Vector6d b1 = b_.head<6>();
+  b1.noalias() -= odometry.J_a.transpose() * odometry.r;
+  const Eigen::LLT<Matrix6d> llt = factorise(A11);
+  Clique clique;
+  clique.R = llt.matrixU();
+  clique.slots = slots_;
+  clique.S.resize(6, 6 + objects);
+  clique.S.leftCols<6>().noalias() = odometry.J_a.transpose() * odometry.J_b;
+  clique.S.rightCols(objects) = A_.topRightCorner(6, objects);
+  llt.matrixL().solveInPlace(clique.S);
+  clique.d = llt.matrixL().solve(b1);
+
+  const Matrix6d S_next = clique.S.leftCols<6>();
+  const auto S_objects = clique.S.rightCols(objects);
+  A_.topLeftCorner<6, 6>().noalias() = odometry.J_b.transpose() * odometry.J_b;
+  A_.topLeftCorner<6, 6>().noalias() -= S_next.transpose() * S_next;
+  A_.topRightCorner(6, objects).noalias() = -S_next.transpose() * S_objects;
+  A_.bottomLeftCorner(objects, 6) = A_.topRightCorner(6, objects).transpose();
+  A_.bottomRightCorner(objects, objects).noalias() -= S_objects.transpose().lazyProduct(S_objects);
+  b_.head<6>().noalias() = -odometry.J_b.transpose() * odometry.r;
+  b_.head<6>().noalias() -= S_next.transpose() * clique.d;
+  b_.tail(objects).noalias() -= S_objects.transpose() * clique.d;
+  return clique;
+}
+
+Clique RootSystem::eliminate(size_t object) {
+  const Eigen::Index at = position(object), rest = size() - 6, behind = rest - at;
+  const Eigen::LLT<Matrix6d> llt = factorise(A_.block<6, 6>(at, at));
+  Eigen::MatrixXd A12(6, rest), A22(rest, rest);
+  A12 << A_.block(at, 0, 6, at), A_.block(at, at + 6, 6, behind);
+  A22 << A_.topLeftCorner(at, at), A_.topRightCorner(at, behind),  //
+      A_.bottomLeftCorner(behind, at), A_.bottomRightCorner(behind, behind);
+  Eigen::VectorXd b2(rest);
+  b2 << b_.head(at), b_.tail(behind);
+
+  Clique clique;
+  clique.R = llt.matrixU();
+  clique.S = llt.matrixL().solve(A12);
+  clique.d = llt.matrixL().solve(Vector6d(b_.segment<6>(at)));
+  A_ = A22 - clique.S.transpose() * clique.S;
+  b_ = b2 - clique.S.transpose() * clique.d;
+  ObjectSlots slots = *slots_;
+  slots.erase(std::find(slots.begin(), slots.end(), object));
+  slots_ = std::make_shared<const ObjectSlots>(std::move(slots));
+  clique.slots = slots_;
+  return clique;
+}
+
+RootSystem::Solution RootSystem::solve() const {
+  Solution out;
+  const Eigen::LLT<Eigen::MatrixXd> llt(A_);
+  if (llt.info() == Eigen::Success) {
+    out.delta = llt.solve(b_);
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(size(), size());  // L^-1
+    llt.matrixL().solveInPlace(inverse);
+    out.P.noalias() = inverse.transpose() * inverse.triangularView<Eigen::Lower>();
+    if (out.delta.allFinite() && out.P.allFinite()) return out;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A_);
+  const Eigen::VectorXd values =
+      eigen.eigenvalues().cwiseMax(kRounding * eigen.eigenvalues().cwiseAbs().maxCoeff());
+  out.P =
+      eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  out.delta = out.P * b_;
+  return out;
+}
+
+}  // namespace diorama

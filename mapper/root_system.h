@@ -1,0 +1,76 @@
+// The root of the smoother: what all measurements so far say about the newest camera pose and the
+// objects in use, as the quadratic
+//   1/2 delta^T A delta - b^T delta,   delta = [camera, object slots...],
+// where each delta is Log(X^-1 T) of a variable T in its chart X. Poses are eliminated in the order
+// of time and the objects last, so that its size depends on the objects only. What is eliminated
+// leaves a clique behind. This is the root of a Bayes tree (Kaess et al. 2012, iSAM2) with an order
+// of variables that is made for few objects and many poses.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "mapper/relative_pose.h"
+
+namespace diorama {
+
+using ObjectSlots = std::vector<size_t>;  // numbers of the objects behind the camera's block
+
+// A variable that was eliminated: R delta = d - S delta_separator.
+struct Clique {
+  Matrix6d R;                                  // upper triangular
+  Eigen::Matrix<double, 6, Eigen::Dynamic> S;  // a camera pose, then the objects of `slots`
+  Vector6d d;
+  std::shared_ptr<const ObjectSlots> slots;
+};
+
+// A linearised residual between two variables, r + J_a delta_a + J_b delta_b, both in their charts.
+struct ChartPair {
+  Vector6d r;
+  Matrix6d J_a, J_b;
+};
+
+// From a residual linearised where its variables stand, T Exp(eps) with T = X Exp(delta0): in the
+// chart eps = Jr(delta0) (delta - delta0) to first order.
+ChartPair inCharts(const LinearisedPair& pair, const Vector6d& delta_a, const Vector6d& delta_b);
+
+class RootSystem {
+ public:
+  // The camera's block belongs to the first pose of a graph, which is fixed: residuals at it must
+  // come without their J_a.
+  RootSystem();
+
+  const ObjectSlots& slots() const { return *slots_; }
+  bool holds(size_t object) const;
+  // Where an object's block begins; it must be held.
+  Eigen::Index position(size_t object) const;
+  Eigen::Index size() const { return b_.size(); }
+
+  void addObject(size_t object);  // nothing is known about it yet
+
+  // A residual between the camera and an object that is held.
+  void absorb(const ChartPair& pair, size_t object);
+
+  // Absorbs a residual between the camera and the next pose, eliminates the camera and puts the
+  // next pose in its place.
+  Clique advance(const ChartPair& odometry);
+
+  // Eliminates an object; its separator is the camera and the remaining objects.
+  Clique eliminate(size_t object);
+
+  // The minimum and the covariance, finite always: where rounding has made A singular, directions
+  // are held at 1e-12 of the largest information.
+  struct Solution {
+    Eigen::VectorXd delta;
+    Eigen::MatrixXd P;
+  };
+  Solution solve() const;
+
+ private:
+  Eigen::MatrixXd A_;  // symmetric, both halves
+  Eigen::VectorXd b_;
+  std::shared_ptr<const ObjectSlots> slots_;
+};
+
+}  // namespace diorama
