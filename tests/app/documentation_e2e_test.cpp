@@ -51,7 +51,7 @@ TEST(Documentation, EveryCommandWorks) {
   const test::TemporaryFolder folder;
   const fs::path root = DIORAMA_SOURCE_DIR, work = folder / "work";
   fs::create_directories(work);
-  for (const char* name : {"scenes", "scripts", "models"})
+  for (const char* name : {"scenes", "scripts", "models", "options"})
     fs::create_directory_symlink(root / name, work / name);
   std::vector<fs::path> pages = {root / "README.md"};
   for (const fs::directory_entry& entry : fs::directory_iterator(root / "docs"))
