@@ -26,8 +26,8 @@ class TriangleTiles {
 
   // Sorts the triangles for a camera.
   void sort(const CameraFrame& camera, WorkerPool& pool);
-  // The nearest hits of a tile's rays; distances are depths. From any thread, once the triangles are
-  // sorted.
+  // The nearest hits of a tile's rays; distances are depths. From any thread, once the triangles
+  // are sorted.
   void meet(int tile, TileHits& hits) const;
 
  private:
