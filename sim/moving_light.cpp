@@ -74,6 +74,7 @@ struct MovingLight::Object {
   const RenderScene* scene = nullptr;
   LightGrid grid;  // object frame
   std::vector<Disc> discs;
+  Eigen::AlignedBox3f box;             // object frame
   Vector3f center = Vector3f::Zero();  // of a sphere around it, object frame
   float radius_m = 0;
   std::vector<Vector3f> direct, gathered;  // irradiance / pi at the points of the grid
@@ -112,12 +113,22 @@ struct MovingLight::Object {
             turned(R_object_world, rays.direction)};
   }
 
-  // Whether the sphere may stand between a point and a light: their cone, widened by the sphere.
+  // Whether the box may stand between a point (object frame) and a light. At the share s of the way
+  // the rays to the light keep within s times its half diagonal.
   bool mayHide(const RectangleLight& light, const Vector3f& p) const {
-    const Vector3f way = light.center - p, to = center_world - p;
-    const float along = std::clamp(to.dot(way) / way.squaredNorm(), 0.f, 1.f);
-    const float reach = radius_m + along * std::hypot(light.half_u, light.half_v);
-    return (to - along * way).squaredNorm() < reach * reach;
+    const Vector3f way = light.center - p;
+    const float half = std::hypot(light.half_u, light.half_v);
+    float from = 0, to = 1;
+    const auto keep = [&](float a, float b) {  // where a + b s >= 0
+      if (b > 0) from = std::max(from, -a / b);
+      if (b < 0) to = std::min(to, -a / b);
+      if (b == 0 && a < 0) to = -1;
+    };
+    for (int axis = 0; axis < 3; ++axis) {
+      keep(p[axis] - box.min()[axis], half + way[axis]);
+      keep(box.max()[axis] - p[axis], half - way[axis]);
+    }
+    return from <= to;
   }
 
   void publish() {
@@ -130,7 +141,8 @@ struct MovingLight::Object {
   // The part of the hemisphere over a point that the object fills, by the discs that face it.
   float share(const Vector3f& p, const Vector3f& n) const {
     const float distance2 = (center_world - p).squaredNorm();
-    if (radius_m * radius_m < kLeastShare * distance2) return 0;
+    if (radius_m * radius_m < kLeastShare * distance2 || n.dot(center_world - p) < -radius_m)
+      return 0;
     float sum = 0;
     for (const Disc& disc : discs_world) {
       const Vector3f to = disc.position - p;
@@ -158,10 +170,9 @@ MovingLight::MovingLight(std::shared_ptr<const RenderScene> scene,
     object.scene = moving.scene.get();
     object.grid = makeLightGrid(*object.scene);
     object.discs = makeDiscs(*object.scene, options_.discs);
-    Eigen::AlignedBox3f box;
-    for (const Vector3f& p : object.grid.positions) box.extend(p);
-    object.center = box.center();
-    object.radius_m = 0.5f * box.diagonal().norm();
+    for (const Vector3f& p : object.grid.positions) object.box.extend(p);
+    object.center = object.box.center();
+    object.radius_m = 0.5f * object.box.diagonal().norm();
     object.map = {.samples = std::vector<uint32_t>(object.grid.point_of_sample.size()),
                   .bounced = {},
                   .max = around_.max,
@@ -238,11 +249,15 @@ std::optional<MovingLight::Change> MovingLight::changeAt(uint32_t point) const {
   };
   const LitPoint lit{p + options_.surface_offset_m * n, n, point};
   Vector3f taken = Vector3f::Zero();
-  for (const RectangleLight& light : scene_->lights)
+  for (size_t k = 0; k < scene_->lights.size(); ++k) {
+    const RectangleLight& light = scene_->lights[k];
+    const auto mayHide = [&](const Object& o) {
+      return o.mayHide(o.lights[k], o.R_object_world * p + o.t_object_world);
+    };
     if (n.dot(light.center - p) > -light.half_u - light.half_v &&
-        std::any_of(objects_.begin(), objects_.end(),
-                    [&](const Object& o) { return o.mayHide(light, p); }))
+        std::any_of(objects_.begin(), objects_.end(), mayHide))
       taken += directLight({&light, 1}, lit, options_.shadow_rays, kept);
+  }
 
   if (dimmed <= 0 && taken.maxCoeff() <= 0) return std::nullopt;
   const uint32_t sample = samples_[first_sample_[point]];
