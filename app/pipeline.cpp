@@ -1,6 +1,8 @@
 #include "app/pipeline.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "app/stopwatch.h"
 
@@ -89,14 +91,24 @@ std::optional<SE3> Pipeline::carriedByOdometry(const Object& object) const {
   return T_world_camera_.inverse() * *object.T_world_object;
 }
 
-// Whether an object without a prediction, or with one that has led to nothing for long, is to be
-// looked for in this frame.
+// Whether an object without a prediction, or with a vague one, or one that has led to nothing for
+// long, is to be looked for in this frame.
 bool Pipeline::isWanted(const Object& object) const {
   if (!detector_ || (object.claimed && !object.overdue)) return false;
   if (method_ == Method::kVo && !odometry_->wantsObjects() && carriedByOdometry(object))
     return false;  // placed once
-  const bool due = object.missed_frames % options_.search_every_frames == 0;
-  return due && (object.overdue || !predict(object));
+  if (object.missed_frames % options_.search_every_frames != 0) return false;
+  const auto prediction = predict(object);
+  return object.overdue || !prediction || isVague(*prediction);
+}
+
+bool Pipeline::isVague(const ObjectPrediction& prediction) const {
+  const auto worst = [&](int first) {
+    const Matrix3d block = prediction.covariance.block<3, 3>(first, first);
+    const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(block, Eigen::EigenvaluesOnly);
+    return std::sqrt(std::max(0.0, solver.eigenvalues()[2]));
+  };
+  return worst(0) > options_.redetect_above_m || worst(3) > options_.redetect_above_rad;
 }
 
 // The initial pose in the first frame; in fused, the graph's prediction after a frame in which the

@@ -58,7 +58,11 @@ struct PipelineOptions {
   // With the graph's prediction a tracker is restarted from that; an object that the graph did not
   // hear of for so many frames, or seconds, is looked for anew (Singhal et al. 2016: 500 frames).
   int redetect_after_frames = 500;
-  double redetect_after_s = 17;
+  double redetect_after_s = 1.5;
+  // So is one whose predicted place is known no better than this (one sigma of the worst
+  // direction), as after a gap in the odometry: what the contract calls lost.
+  double redetect_above_m = 0.05;
+  double redetect_above_rad = 0.087;
   int search_every_frames = 1;  // while an object is looked for
   // A tracker that claims its object is restarted when the graph has rejected it so many times in a
   // row: by then the measurements would have made a place of their own, had they agreed.
@@ -73,6 +77,8 @@ struct PipelineOptions {
   void visit(V& v) {
     v("redetect_after_frames", redetect_after_frames, Range{0, 1000000000});
     v("redetect_after_s", redetect_after_s, kNotNegative);
+    v("redetect_above_m", redetect_above_m, kPositive);
+    v("redetect_above_rad", redetect_above_rad, kPositive);
     v("search_every_frames", search_every_frames, Range{1, 1000000});
     v("reset_after_rejected", reset_after_rejected, Range{1, 1000000});
     v("odometry_wait_s", odometry_wait_s, kNotNegative);
@@ -126,6 +132,7 @@ class Pipeline {
   bool isWanted(const Object& object) const;
   void noteHeard(Object& object) const;
   void noteAbsences(FrameResult& result);
+  bool isVague(const ObjectPrediction& prediction) const;
   void detect(const Frame& frame, const std::vector<int>& wanted, Starts& starts,
               FrameResult& result);
   void noteChange(Object& object, const ObjectMeasurement& measurement, FrameResult& result) const;

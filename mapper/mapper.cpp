@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/errors.h"
 #include "mapper/graph_solver.h"
@@ -57,14 +58,21 @@ class Mapper::Impl {
         makeOdometryFactor(measurement, options_.odometry_sigma_scale);
     if (!result.factor) return {false, result.reason};
     smoother_.addPose(measurement.to_ns, *result.factor);
+    gap_began_ns_.reset();
     return {true};
   }
 
   AddResult addGap(int64_t timestamp_ns) {
     if (!started()) return {false, "the map has not been started"};
     if (timestamp_ns <= newest_ns()) return {false, "time does not increase"};
-    const double seconds = 1e-9 * static_cast<double>(timestamp_ns - newest_ns());
-    smoother_.addPose(timestamp_ns, makeGapFactor(seconds, options_.gap_m_s, options_.gap_rad_s));
+    if (!gap_began_ns_) gap_began_ns_ = newest_ns();
+    const auto seconds = [&](int64_t to_ns) {
+      return 1e-9 * static_cast<double>(to_ns - *gap_began_ns_);
+    };
+    const double before_s = seconds(newest_ns()), after_s = seconds(timestamp_ns);
+    smoother_.addPose(timestamp_ns,
+                      makeGapFactor(1, stepOf(options_.gap_m_s, kFarthest_m, before_s, after_s),
+                                    stepOf(options_.gap_rad_s, kFarthest_rad, before_s, after_s)));
     return {true};
   }
 
@@ -125,6 +133,17 @@ class Mapper::Impl {
   }
 
  private:
+  // Who moves keeps moving: what is not known of the way grows with the time of the whole gap, not
+  // with its root, up to the size of a room or a turned head. The sigma of one step of it.
+  static constexpr double kFarthest_m = 2, kFarthest_rad = 1;
+  static double stepOf(double per_s, double farthest, double before_s, double after_s) {
+    constexpr double kLeast = 0.1;  // of what the step would be by itself
+    const double before = std::min(per_s * before_s, farthest),
+                 after = std::min(per_s * after_s, farthest);
+    return std::max(std::sqrt(after * after - before * before),
+                    kLeast * per_s * (after_s - before_s));
+  }
+
   size_t newest() const { return smoother_.poseCount() - 1; }
   int64_t newest_ns() const { return smoother_.timestamp_ns(newest()); }
   SE3 T_world_camera() const { return smoother_.T_world_camera(newest()); }
@@ -138,6 +157,7 @@ class Mapper::Impl {
   MapperOptions options_;
   ChainSmoother smoother_;
   Landmarks landmarks_;
+  std::optional<int64_t> gap_began_ns_;  // while nobody measures the motion
   std::map<std::string, Symmetries> symmetries_;
 };
 

@@ -40,7 +40,8 @@ struct MapperOptions {
   // errors that are correlated in time count for less than that.
   double object_sigma_scale = 1;
   double odometry_sigma_scale = 1;
-  // Without odometry the camera is assumed to stand still within these (one sigma).
+  // Without odometry the camera is assumed to stand still within these times the length of the gap
+  // (one sigma; no more than 2 m and 1 rad).
   double gap_m_s = 1;
   double gap_rad_s = 2;
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <ctime>
 
 #include "core/text.h"
@@ -162,6 +164,22 @@ TEST(Mapper, ObjectBridgesAGapInTheOdometry) {
   MapEstimate estimate;
   for (size_t k = 70; k < 120; ++k) estimate = feed(mapper, graph, k);
   EXPECT_THAT(estimate.T_world_camera, PoseNear(graph.camera(119), 2e-3, 0.3 * kDegree));
+}
+
+// Who moves keeps moving: at a pace of v nobody is sqrt(n) steps away after n frames.
+TEST(Mapper, ALongGapLeavesThePlaceOpenByItsLength) {
+  const SyntheticGraph graph = makeGraph({.poses = 120}, 5);
+  Mapper mapper;
+  for (size_t k = 0; k < 60; ++k) feed(mapper, graph, k);
+  const int64_t began_ns = graph.truth.poses[59].timestamp_ns;
+  for (size_t k = 60; k < 90; ++k) {
+    const int64_t now_ns = graph.truth.poses[k].timestamp_ns;
+    ASSERT_TRUE(mapper.addGap(now_ns));
+    const Matrix6d P = mapper.predict("object0").value().covariance;
+    const double expected_m =
+        MapperOptions{}.gap_m_s * 1e-9 * static_cast<double>(now_ns - began_ns);
+    EXPECT_GT(std::sqrt(P.topLeftCorner<3, 3>().trace() / 3), 0.9 * expected_m);
+  }
 }
 
 TEST(Mapper, IsRepeatableToTheLastDigit) {
