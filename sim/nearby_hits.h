@@ -4,6 +4,7 @@
 #include <array>
 #include <limits>
 
+#include "sim/candidate_triangles.h"
 #include "sim/render_scene.h"
 #include "sim/truth_buffer.h"
 
@@ -54,15 +55,21 @@ class SingleTriangle {
   Vector3f p0_, n_, u_, v_;  // u = u_ . (p - p0), v alike
 };
 
-// Where the pixels show but a few triangles, these are tried first; a packet with a ray that misses
-// them all is traced.
+// Where the pixels show but a few triangles that form one surface, these are tried first; a packet
+// with a ray that misses them all is traced. Where an outline passes, all are traced: the last
+// triangles before the outline of something smooth are seen edge-on, too narrow to show at a
+// pixel's centre, and what stands behind them would be taken for them.
 class NearbyHits {
  public:
-  NearbyHits(const RenderScene& scene, const VisibleTriangles& around)
-      : scene_(scene), may_miss_(around.nothing) {
-    if (around.count > VisibleTriangles::kMost) return;
-    for (; count_ < static_cast<size_t>(around.count); ++count_)
-      triangles_[count_] = SingleTriangle(scene, static_cast<uint32_t>(around.triangle[count_]));
+  NearbyHits(const RenderScene& scene, const VisibleTriangles& around) : scene_(scene) {
+    constexpr int kMost = CandidateTriangles::kMost;
+    if (around.nothing || around.count == 0 || around.count > kMost) return;
+    CandidateTriangles candidates;
+    for (int k = 0; k < around.count; ++k)
+      candidates.add(static_cast<uint32_t>(around.triangle[static_cast<size_t>(k)]) + 1);
+    if (!candidates.formOneSurface(scene)) return;
+    for (const uint32_t triangle : candidates)
+      triangles_[count_++] = SingleTriangle(scene, triangle);
   }
 
   PacketHits operator()(const RayPacket& rays, simd::Int8 active) const {
@@ -73,16 +80,15 @@ class NearbyHits {
       hits.normal = simd::splat3(0, 0, 1);
       hits.triangle = hits.mask = simd::splat(0);
       for (size_t k = 0; k < count_; ++k) triangles_[k].merge(rays, active, hits);
-      if (may_miss_ || simd::bits(active & ~hits.mask) == 0) return hits;
+      if (simd::bits(active & ~hits.mask) == 0) return hits;
     }
     return scene_.quick_bvh->closest(rays, active, simd::splat(0.f), true);
   }
 
  private:
   const RenderScene& scene_;
-  bool may_miss_;
   size_t count_ = 0;
-  std::array<SingleTriangle, VisibleTriangles::kMost> triangles_;
+  std::array<SingleTriangle, CandidateTriangles::kMost> triangles_;
 };
 
 }  // namespace diorama

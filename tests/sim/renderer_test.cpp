@@ -179,6 +179,33 @@ TEST(RayRenderer, SilhouettesAndMasks) {
   EXPECT_EQ(seen[3], out.px_visible);
 }
 
+TEST(RayRenderer, WhatStandsBehindABallDoesNotShowThroughItsRim) {
+  // Near the limb its facets are narrower than a pixel, and no pixel's centre meets them.
+  const Workshop workshop("rim");
+  const double radius = 0.1;
+  Scene scene = plainScene();
+  scene.camera.fx = scene.camera.fy = 400;
+  const Vector3d center(1, 0.003, 0.002);
+  workshop.write("black.mtl", "newmtl paint\nKd 0 0 0\nKs 0 0 0\n");
+  scene.objects = {
+      object("ball", workshop.write("s.obj", sphere(radius, 60)), center),
+      object("wall", workshop.write("p.obj", square(6, "mtllib black.mtl\n")), Vector3d(3, 0, 0))};
+  const Image<Radiance> picture = renderStill(scene, RenderQuality::kStandard).radiance;
+  const Vector3d p = scene.path->pose(0).inverse() * center;
+  const Camera model(scene.camera);
+  const double limb_rad = std::asin(radius / p.norm()), pixel_rad = 1 / scene.camera.fx;
+  int checked = 0;
+  for (int y = 0; y < scene.camera.height; ++y)
+    for (int x = 0; x < scene.camera.width; ++x) {
+      const double angle =
+          std::acos(model.unproject(Vector2d(x, y))->normalized().dot(p) / p.norm());
+      if (angle > limb_rad - pixel_rad || angle < limb_rad - 4 * pixel_rad) continue;
+      ASSERT_GT(picture(x, y).g, 0.3f) << x << ' ' << y;
+      ++checked;
+    }
+  EXPECT_GT(checked, 500);
+}
+
 TEST(RayRenderer, BlurIsTheMeanOfSharpFrames) {
   const Workshop workshop("blur");
   Scene scene = plainScene();
