@@ -5,20 +5,14 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "tracker/image_pyramid.h"
-
 namespace diorama {
 namespace {
 
-constexpr int kProfileMargin = 3;  // px on each side, for the derivative and the grey values
-constexpr int kMaxRange = 32;      // px; the paper's maximum error
-constexpr int kMaxCandidatesFound = 2 * kMaxRange + 1;
+constexpr int kMaxCandidatesFound = 2 * EdgeProfile::kMaxRange + 1;
 constexpr double kImageMargin = 6;  // px; samples nearer to the outline are not looked for
 constexpr int kCell = 4;            // px
-// The extremum of a step with a ramp behind it moves by half the variance of the smoothing (pixel,
-// profile, derivative: 1 to 2 px^2) times the ramp over the step, which looks smaller from there.
-constexpr float kRampShift_px = 1;
-constexpr int kTangentTaps = 1;  // on each side: profiles are averaged over 3 parallels
+// Colours are noisier than grey values, and often of half the resolution: they must tell more.
+constexpr float kMuchMore = 1.3f;
 
 constexpr size_t kSides = 16;
 
@@ -28,8 +22,12 @@ size_t sideOf(const Vector2d& direction) {
   return static_cast<size_t>(turn * kSides) % kSides;
 }
 
-bool stronger(const EdgeCandidate& a, const EdgeCandidate& b) {
-  return std::abs(a.contrast.gradient) > std::abs(b.contrast.gradient);
+// Half the height of the strongest edge; 0 for none.
+float strongestOf(const EdgeCandidate* edges, int count) {
+  float strongest = 0;
+  for (int k = 0; k < count; ++k)
+    strongest = std::max(strongest, std::abs(edges[k].contrast.gradient));
+  return strongest;
 }
 
 bool nearer(const EdgeCandidate& a, const EdgeCandidate& b) {
@@ -63,70 +61,7 @@ double roomAlong(double x, double direction, double lowest, double highest) {
   return room <= 0 ? -1 : room / std::max(std::abs(direction), 1e-6);
 }
 
-// Cameras code about the root of the light.
-float lightOf(float grey) { return grey * grey; }
-
-// Sub-pixel place of the maximum that is uphill from i, a step away at most, by a parabola.
-template <class Value>
-float peakNear(int i, int first, int last, const Value& value) {
-  if (i < last && value(i + 1) > value(i) && value(i + 1) >= value(i - 1))
-    ++i;
-  else if (i > first && value(i - 1) > value(i))
-    --i;
-  const float l = value(i - 1), m = value(i), r = value(i + 1), curvature = l - 2 * m + r;
-  const float shift = curvature < -1e-6f * m ? 0.5f * (l - r) / curvature : 0;
-  return static_cast<float>(i) + std::clamp(shift, -0.5f, 0.5f);
-}
-
-// How much more the values go on rising behind a step at x than before it, over the step.
-template <class Value>
-float rampBehind(float x, int length, const Value& value) {
-  const auto at = [&](float place) {
-    const float inside = std::clamp(place, 0.f, static_cast<float>(length) - 1.001f);
-    const int k = static_cast<int>(inside);
-    return value(k) + (inside - static_cast<float>(k)) * (value(k + 1) - value(k));
-  };
-  const float before = at(x - 1), after = at(x + 1), step = after - before;
-  const float ramp = (at(x + 3) - after) - (before - at(x - 3));
-  return std::abs(ramp) >= std::abs(step) ? std::copysign(1.f, ramp * step) : ramp / step;
-}
-
 }  // namespace
-
-int findProfileEdges(const float* profile, int length, float min_gradient, EdgeCandidate* out,
-                     int capacity) {
-  // Smoothed central difference: a step of height h gives h / 2 at its place.
-  const auto derivative = [&](int i, const auto& value) {
-    return (2 * (value(i + 1) - value(i - 1)) + value(i + 2) - value(i - 2)) / 6;
-  };
-  const auto light = [&](int i) { return lightOf(profile[i]); };
-  const auto change = [&](int i) { return derivative(i, [&](int k) { return profile[k]; }); };
-  const auto light_change = [&](int i) { return std::abs(derivative(i, light)); };
-  const int middle = length / 2, last = length - 1 - kProfileMargin;
-  int count = 0;
-  float left = change(2), here = change(3);
-  for (int i = kProfileMargin; i <= last; ++i) {
-    const float right = change(i + 1), m = std::abs(here);
-    if (m >= min_gradient && m >= std::abs(left) && m > std::abs(right)) {
-      const float peak = peakNear(i, kProfileMargin, last, light_change);
-      const float ramp = rampBehind(peak, length, light);
-      const float edge = peak - kRampShift_px * ramp;
-      const EdgeCandidate found{static_cast<double>(edge - static_cast<float>(middle)),
-                                {here, 0.5f * (profile[i - 2] + profile[i - 3]),
-                                 0.5f * (profile[i + 2] + profile[i + 3])},
-                                true};
-      if (count < capacity) {
-        out[count++] = found;
-      } else {
-        EdgeCandidate* weakest = std::max_element(out, out + count, stronger);
-        if (stronger(found, *weakest)) *weakest = found;
-      }
-    }
-    left = here;
-    here = right;
-  }
-  return count;
-}
 
 EdgeSearch::EdgeSearch(const EdgeModel& model, const Camera& camera, const RayQuery& rays,
                        int object, const TrackerOptions& options)
@@ -207,38 +142,37 @@ std::optional<EdgeSearch::Line> EdgeSearch::projectSample(const SE3& T, const Ma
   return Line{projection->u_px, Vector2d(-along.y(), along.x()) / length};
 }
 
-bool EdgeSearch::observe(const Image<uint8_t>& image, const Line& line, int range_px,
+bool EdgeSearch::observe(const EdgePicture& picture, const Line& line, int range_px,
                          EdgeObservation& out) const {
   const auto [x, y] = std::pair(line.u_px.x(), line.u_px.y());
-  const double margin = kTangentTaps + 1;
-  const double room = std::min(roomAlong(x, line.normal.x(), margin, image.width - 2 - margin),
-                               roomAlong(y, line.normal.y(), margin, image.height - 2 - margin));
-  if (!(room >= kProfileMargin + 1)) return false;
-  const int range = std::min({range_px, kMaxRange, static_cast<int>(room) - kProfileMargin});
+  constexpr double kMargin = 2;  // px; profiles have parallels, and are read between pixels
+  const int width = picture.grey->width, height = picture.grey->height;
+  const double room = std::min(roomAlong(x, line.normal.x(), kMargin, width - 2 - kMargin),
+                               roomAlong(y, line.normal.y(), kMargin, height - 2 - kMargin));
+  if (!(room >= EdgeProfile::kMargin + 1)) return false;
+  const int range =
+      std::min({range_px, EdgeProfile::kMaxRange, static_cast<int>(room) - EdgeProfile::kMargin});
 
-  float profile[2 * (kMaxRange + kProfileMargin) + 1];
-  const int half = range + kProfileMargin, length = 2 * half + 1;
-  const float nx = static_cast<float>(line.normal.x()), ny = static_cast<float>(line.normal.y());
-  for (int i = 0; i < length; ++i) {
-    const float px = static_cast<float>(x) + static_cast<float>(i - half) * nx;
-    const float py = static_cast<float>(y) + static_cast<float>(i - half) * ny;
-    float sum = 0;
-    for (int k = -kTangentTaps; k <= kTangentTaps; ++k)
-      sum += sampleBilinear(image, px - static_cast<float>(k) * ny, py + static_cast<float>(k) * nx,
-                            lightOf);
-    profile[i] = std::sqrt(sum / (2 * kTangentTaps + 1));
-  }
-
+  EdgeProfile profile;
+  readGreyProfile(*picture.grey, line.u_px, line.normal, range, profile);
   EdgeCandidate found[kMaxCandidatesFound];
-  const int count = findProfileEdges(profile, length, static_cast<float>(options_.min_contrast / 2),
-                                     found, kMaxCandidatesFound);
+  const float least = static_cast<float>(options_.min_contrast / 2);
+  int count = findProfileEdges(profile, least, found, kMaxCandidatesFound);
+  const float strongest = strongestOf(found, count);
+  if (picture.rgb && strongest < options_.plain_contrast / 2) {
+    readColorProfile(*picture.rgb, line.u_px, line.normal, profile);
+    EdgeCandidate colored[kMaxCandidatesFound];
+    const int colored_count = findProfileEdges(profile, least, colored, kMaxCandidatesFound);
+    if (strongestOf(colored, colored_count) > kMuchMore * strongest)
+      std::copy(colored, colored + (count = colored_count), found);
+  }
   out.candidate_count = std::min(count, EdgeObservation::kMaxCandidates);
   std::partial_sort_copy(found, found + count, out.candidates.begin(), out.candidates.end(),
-                         options_.nearest_edges ? nearer : stronger);
+                         options_.nearest_edges ? nearer : strongerEdge);
   return count > 0;
 }
 
-std::vector<EdgeObservation> EdgeSearch::search(const Image<uint8_t>& image, const SE3& T,
+std::vector<EdgeObservation> EdgeSearch::search(const EdgePicture& picture, const SE3& T,
                                                 const std::vector<int>& samples,
                                                 const std::vector<Contrast>& memory,
                                                 int range_px) const {
@@ -250,7 +184,7 @@ std::vector<EdgeObservation> EdgeSearch::search(const Image<uint8_t>& image, con
     const auto line = projectSample(T, R, index);
     if (!line) continue;
     EdgeObservation observation;
-    if (!observe(image, *line, range_px, observation)) continue;
+    if (!observe(picture, *line, range_px, observation)) continue;
     observation.sample = index;
     observation.contour = onContour(index, eye);
     observation.u_px = line->u_px;

@@ -7,25 +7,12 @@
 #include <vector>
 
 #include "core/camera.h"
-#include "core/image.h"
 #include "core/ray_query.h"
 #include "tracker/edge_model.h"
+#include "tracker/edge_profile.h"
 #include "tracker/pose_solver.h"
 
 namespace diorama {
-
-// Grey values across an edge, along its projected normal.
-struct Contrast {
-  float gradient = 0;  // grey levels: half the height of the step, signed; 0 = never seen
-  float before = 0;    // grey value 2.5 px before the edge
-  float after = 0;     // ... and behind it
-};
-
-struct EdgeCandidate {
-  double offset_px = 0;  // along the normal from the projected sample
-  Contrast contrast;
-  bool like_before = true;  // one side looks as remembered
-};
 
 struct EdgeObservation {
   static constexpr int kMaxCandidates = 3;
@@ -38,15 +25,6 @@ struct EdgeObservation {
   int chosen = -1;                                       // by EdgeCue; -1 = none
   double residual_px = 0;
 };
-
-// Sub-pixel places of intensity edges in a profile with a spacing of 1 px: extrema of the smoothed
-// derivative above min_gradient. They are placed by the light, about the square of the grey values,
-// which pixels and motion blur mix linearly; a ramp on one side, a contact shadow or a rounded rim,
-// has drawn the extremum its way, and is allowed for (docs/adr/0010-edges-in-light.md). The first
-// and last 3 values are margin.
-// Appends at most `capacity` candidates, the strongest; offset 0 is the middle of the profile.
-int findProfileEdges(const float* profile, int length, float min_gradient, EdgeCandidate* out,
-                     int capacity);
 
 class EdgeSearch {
  public:
@@ -77,7 +55,7 @@ class EdgeSearch {
 
   // Candidates of the given samples within range_px. memory[sample] is the remembered contrast.
   // Samples without a candidate are left out.
-  std::vector<EdgeObservation> search(const Image<uint8_t>& image, const SE3& T_camera_model,
+  std::vector<EdgeObservation> search(const EdgePicture& picture, const SE3& T_camera_model,
                                       const std::vector<int>& samples,
                                       const std::vector<Contrast>& memory, int range_px) const;
 
@@ -85,7 +63,7 @@ class EdgeSearch {
   bool onContour(const ModelEdge& edge, const Vector3d& eye) const;
   std::vector<int> samplesInImage(const SE3& T_camera_model, const Vector3d& eye) const;
 
-  bool observe(const Image<uint8_t>& image, const Line& line, int range_px,
+  bool observe(const EdgePicture& picture, const Line& line, int range_px,
                EdgeObservation& out) const;
   void compareContrast(const std::vector<Contrast>& memory,
                        std::vector<EdgeObservation>& observations) const;

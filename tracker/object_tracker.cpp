@@ -117,7 +117,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     return notClaimed(frame, "no pose to start from");
   }
   image_.build(frame.gray);
-  refiner_.setImage(frame.gray);
+  refiner_.setImage(frame);
 
   const bool trusted = state_ == State::kTracking || (start && start->verified);
   const double needed = trusted ? options_.claim_health : options_.start_health;
@@ -189,7 +189,7 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
   if (const std::string problem = problemOf(frame, start); !problem.empty())
     return notClaimed(frame, problem);
   image_.build(frame.gray);
-  refiner_.setImage(frame.gray);
+  refiner_.setImage(frame);
   const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object));
   return report(frame, estimate, estimate.health.value >= options_.start_health);
 }

@@ -29,13 +29,13 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   SE3 T_samples = start, T_texture = start;
   std::vector<int> samples = search_.visibleSamples(T);
   const SolverLimits limits = solverLimits();
-  texture_.align(*image_, T);
+  texture_.align(*picture_->grey, T);
 
   for (size_t round = 0; round < search_ranges_px.size(); ++round) {
     const bool last = round + 1 == search_ranges_px.size();
     if (pixelMotion(T, T_samples) > 4) samples = search_.visibleSamples(T_samples = T);
-    if (pixelMotion(T, T_texture) > 3) texture_.align(*image_, T_texture = T);
-    estimate.observations = search_.search(*image_, T, samples, memory_, search_ranges_px[round]);
+    if (pixelMotion(T, T_texture) > 3) texture_.align(*picture_->grey, T_texture = T);
+    estimate.observations = search_.search(*picture_, T, samples, memory_, search_ranges_px[round]);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
     Cue* const cues[] = {&edges, &texture_};
@@ -51,7 +51,7 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     estimate.covariance =
         estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }
-  estimate.observations = search_.search(*image_, T, samples, memory_, kHealthRange);
+  estimate.observations = search_.search(*picture_, T, samples, memory_, kHealthRange);
   estimate.health =
       assessHealth(countSamples(samples, T), estimate.observations, texture_, options_);
   return estimate;
@@ -78,7 +78,7 @@ JudgedPose PoseRefiner::judge(const SE3& start, const std::vector<int>& samples,
   JudgedPose judged{std::nullopt, start, std::nullopt};
   for (const int range : search_ranges_px) {
     std::vector<EdgeObservation> found =
-        search_.search(*image_, judged.T_refined, samples, memory_, range);
+        search_.search(*picture_, judged.T_refined, samples, memory_, range);
     EdgeCue edges(model_, camera_, options_, found, options_.wide_sigma_px);
     if (range == search_ranges_px.front()) {
       edges.linearise(start);
@@ -124,7 +124,7 @@ double PoseRefiner::edgeScore(const SE3& T) const {
   const std::vector<int> samples = search_.visibleSamples(T);
   if (samples.size() < static_cast<size_t>(options_.min_samples)) return 0;
   int near = 0;
-  for (const EdgeObservation& o : search_.search(*image_, T, samples, memory_, 4)) {
+  for (const EdgeObservation& o : search_.search(*picture_, T, samples, memory_, 4)) {
     bool found = false;
     for (int k = 0; k < o.candidate_count; ++k) {
       const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
@@ -139,7 +139,7 @@ void PoseRefiner::remember(const Estimate& estimate) {
   learnContrast(estimate.observations);
   texture_.correctKeyframe(estimate.edges);
   if (texture_.empty() || texture_.keyframeNeeded(estimate.T_camera_model))
-    texture_.setKeyframe(*image_, estimate.T_camera_model, estimate.own_covariance);
+    texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance);
 }
 
 void PoseRefiner::learnContrast(const std::vector<EdgeObservation>& observations) {

@@ -34,7 +34,7 @@ class PoseRefiner {
               const TrackerOptions& options);
 
   // The image that the calls below are about; must outlive them.
-  void setImage(const Image<uint8_t>& image) { image_ = &image; }
+  void setImage(const EdgePicture& picture) { picture_ = picture; }
 
   // One round of search for each range, from wide to narrow.
   Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
@@ -77,7 +77,7 @@ class PoseRefiner {
   const EdgeSearch search_;
   TextureCue texture_;
   std::vector<Contrast> memory_;  // one per sample of the model
-  const Image<uint8_t>* image_ = nullptr;
+  std::optional<EdgePicture> picture_;
 };
 
 }  // namespace diorama

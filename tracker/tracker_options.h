@@ -25,6 +25,7 @@ struct TrackerOptions {
   int wide_search_px = 8;     // ranges of the rounds in every frame
   int narrow_search_px = 3;
   double min_contrast = 12;        // grey levels across an edge
+  double plain_contrast = 50;      // edges weaker than this are sought in colours, too; 0 = never
   bool nearest_edges = false;      // of many edges the nearest are kept (paper), not the strongest
   double contrast_tolerance = 20;  // grey levels; neither side like the remembered one: a doubt ...
   double contrast_penalty_px = 3;  // ... that counts like this distance, since contrast can flip
@@ -90,6 +91,7 @@ struct TrackerOptions {
     v("wide_search_px", wide_search_px, Range{1, 32});
     v("narrow_search_px", narrow_search_px, Range{1, 32});
     v("min_contrast", min_contrast, Range{0, 255});
+    v("plain_contrast", plain_contrast, Range{0, 255});
     v("nearest_edges", nearest_edges);
     v("contrast_tolerance", contrast_tolerance, Range{0, 255});
     v("contrast_penalty_px", contrast_penalty_px, kNotNegative);

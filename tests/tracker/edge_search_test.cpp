@@ -53,6 +53,16 @@ double blurredStep(double distance_px, double sigma_px) {
 // Pixels mix light; the grey value is about its root.
 float greyOf(double light) { return static_cast<float>(std::sqrt(light)); }
 
+EdgeProfile profileOf(const float* grey, int length) {
+  EdgeProfile profile;
+  profile.length = length;
+  for (int i = 0; i < length; ++i) {
+    profile.grey[i] = profile.value[i] = grey[i];
+    profile.light[i] = grey[i] * grey[i];
+  }
+  return profile;
+}
+
 TEST(ProfileEdges, SubPixelPlaceOfABlurredStep) {
   for (const double sigma : {0.7, 1.0, 1.6, 2.5})
     for (double place = -2; place <= 2; place += 0.1) {
@@ -60,7 +70,7 @@ TEST(ProfileEdges, SubPixelPlaceOfABlurredStep) {
       for (int i = 0; i < 23; ++i)
         profile[i] = greyOf(60 * 60 + (160 * 160 - 60 * 60) * blurredStep(i - 11 - place, sigma));
       EdgeCandidate found[3];
-      ASSERT_EQ(findProfileEdges(profile, 23, 6, found, 3), 1) << sigma << ' ' << place;
+      ASSERT_EQ(findProfileEdges(profileOf(profile, 23), 6, found, 3), 1) << sigma << ' ' << place;
       EXPECT_NEAR(found[0].offset_px, place, 0.05) << sigma;
       EXPECT_GT(found[0].contrast.gradient, 0);
       EXPECT_GT(found[0].contrast.after, found[0].contrast.before);
@@ -76,7 +86,7 @@ TEST(ProfileEdges, ShadowBehindAStepDrawsItOnlyALittle) {
       profile[i] = greyOf(2500 + (table - 2500) * blurredStep(x, 0.8));
     }
     EdgeCandidate found[3];
-    ASSERT_GE(findProfileEdges(profile, 23, 6, found, 3), 1) << place;
+    ASSERT_GE(findProfileEdges(profileOf(profile, 23), 6, found, 3), 1) << place;
     EXPECT_NEAR(found[0].offset_px, place, 0.25);
   }
 }
@@ -90,21 +100,48 @@ TEST(ProfileEdges, KeepsTheStrongest) {
     profile[i] = static_cast<float>(grey);
   }
   EdgeCandidate found[3];
-  ASSERT_EQ(findProfileEdges(profile, 41, 6, found, 3), 3);
+  ASSERT_EQ(findProfileEdges(profileOf(profile, 41), 6, found, 3), 3);
   double sum = 0;
   for (const EdgeCandidate& c : found) sum += std::abs(c.offset_px);
   EXPECT_NEAR(sum, 12, 0.5);  // -6, 0 and 6
   EdgeCandidate all[8];
-  EXPECT_EQ(findProfileEdges(profile, 41, 6, all, 8), 5);
-  EXPECT_EQ(findProfileEdges(profile, 41, 18, all, 8), 2);
+  EXPECT_EQ(findProfileEdges(profileOf(profile, 41), 6, all, 8), 5);
+  EXPECT_EQ(findProfileEdges(profileOf(profile, 41), 18, all, 8), 2);
 }
 
 TEST(ProfileEdges, FlatProfilesHaveNone) {
   float profile[23];
   std::fill(std::begin(profile), std::end(profile), 77.f);
   EdgeCandidate found[3];
-  EXPECT_EQ(findProfileEdges(profile, 23, 6, found, 3), 0);
-  EXPECT_EQ(findProfileEdges(profile, 23, 0.f, found, 3), 0);
+  EXPECT_EQ(findProfileEdges(profileOf(profile, 23), 6, found, 3), 0);
+  EXPECT_EQ(findProfileEdges(profileOf(profile, 23), 0.f, found, 3), 0);
+}
+
+// Orange against a blue that is as bright.
+TEST(ProfileEdges, ColorsThatAreAsBrightAsOneAnother) {
+  const Rgb8 left{200, 120, 60}, right{90, 160, 150};
+  const Image<uint8_t> grey = toGray(Image<Rgb8>(1, 1, left)), other = toGray({1, 1, right});
+  ASSERT_NEAR(grey(0, 0), other(0, 0), 3);
+  for (double place = -1; place <= 1; place += 0.25) {
+    Image<Rgb8> image(60, 20);
+    for (int y = 0; y < 20; ++y)
+      for (int x = 0; x < 60; ++x) {
+        const double share = std::clamp(x + 0.5 - 30 - place, 0.0, 1.0);  // of the right one
+        const auto mix = [&](uint8_t a, uint8_t b) {
+          return static_cast<uint8_t>(std::lround(std::sqrt((1 - share) * a * a + share * b * b)));
+        };
+        image(x, y) = {mix(left.r, right.r), mix(left.g, right.g), mix(left.b, right.b)};
+      }
+    EdgeProfile profile;
+    EdgeCandidate found[3];
+    const Vector2d middle(30, 10), across(1, 0);
+    readGreyProfile(toGray(image), middle, across, 8, profile);
+    EXPECT_EQ(findProfileEdges(profile, 6, found, 3), 0);
+    readColorProfile(image, middle, across, profile);
+    ASSERT_EQ(findProfileEdges(profile, 6, found, 3), 1);
+    EXPECT_NEAR(found[0].offset_px, place, 0.1);
+    EXPECT_GT(std::abs(found[0].contrast.gradient), 20);
+  }
 }
 
 // The sheet fills a half plane of the image whose outline is moved by `shift_px`, at any angle.
