@@ -157,6 +157,7 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
   for (const EdgeTemplates::Candidate& candidate : templates_.find(picture.edges(), plausible)) {
     const Detection detection = examine(picture, candidate.T_camera_object);
     if (isProven(detection) && (!best || evidence(detection) > evidence(*best))) best = detection;
+    if (best && evidence(*best) >= options_.certain_evidence) break;
   }
   return best;
 }

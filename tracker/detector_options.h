@@ -70,6 +70,7 @@ struct DetectorOptions {
   double min_evidence = 1.45;
   double min_feature_evidence = 1.35;  // where features agree, too
   double min_health = 0.5;             // in any case
+  double certain_evidence = 1.7;       // no better pose is looked for
   // Few pixels prove less: below this size of the object (its diameter, px) evidence without
   // features fades by the cube root.
   double full_size_px = 200;
@@ -90,6 +91,7 @@ struct DetectorOptions {
     v("min_evidence", min_evidence, Range{0, 2});
     v("min_feature_evidence", min_feature_evidence, Range{0, 2});
     v("min_health", min_health, kFraction);
+    v("certain_evidence", certain_evidence, kPositive);
     v("full_size_px", full_size_px, kNotNegative);
     v("min_plain_health", min_plain_health, kFraction);
     v("implausible_look", implausible_look, Range{-1, 1});

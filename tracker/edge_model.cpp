@@ -1,6 +1,7 @@
 #include "tracker/edge_model.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "tracker/view_sphere.h"
@@ -34,6 +35,27 @@ std::vector<Vector3d> outermostVertices(const std::vector<Vector3d>& vertices) {
 
 }  // namespace
 
+void FacePlanes::add(const Vector3d& normal, const Vector3d& p) {
+  const Vector3f n = normal.cast<float>();
+  nx.push_back(n.x());
+  ny.push_back(n.y());
+  nz.push_back(n.z());
+  d.push_back(static_cast<float>(normal.dot(p)));
+}
+
+void findContour(const EdgeModel& model, const Vector3d& eye, std::vector<uint8_t>& contour) {
+  const size_t count = model.edges.size();
+  contour.resize(count);
+  const auto [x, y, z] = std::tuple(static_cast<float>(eye.x()), static_cast<float>(eye.y()),
+                                    static_cast<float>(eye.z()));
+  const auto above = [&](const FacePlanes& planes, size_t i) {
+    return planes.nx[i] * x + planes.ny[i] * y + planes.nz[i] * z - planes.d[i];
+  };
+  for (size_t i = 0; i < count; ++i)
+    contour[i] = above(model.first_planes, i) * above(model.second_planes, i) <= 0;
+  for (const int i : model.boundary_edges) contour[static_cast<size_t>(i)] = 1;
+}
+
 ProjectedBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T) {
   const Matrix3d R = T.rotationMatrix();
   ProjectedBox box{Vector2d::Constant(1e9), Vector2d::Constant(-1e9)};
@@ -57,6 +79,12 @@ EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options) {
   model.vertices = std::move(found.vertices);
   model.outermost = outermostVertices(model.vertices);
   for (const MeshEdge& edge : found.edges) {
+    const Vector3d& p = model.vertices[static_cast<size_t>(edge.a)];
+    model.first_planes.add(edge.n1, p);
+    model.second_planes.add(edge.n2, p);
+    const int index = static_cast<int>(model.edges.size());
+    if (edge.kind == EdgeKind::kBoundary) model.boundary_edges.push_back(index);
+    if (edge.kind == EdgeKind::kSharp) model.sharp_edges.push_back(index);
     model.edges.push_back({edge});
     addSamples(model, model.edges.size() - 1);
   }

@@ -105,20 +105,24 @@ std::vector<int> EdgeSearch::samplesInImage(const SE3& T, const Vector3d& eye) c
 
   Image<uint8_t> taken(camera_.width() / kCell + 1, camera_.height() / kCell + 1);
   std::vector<int> samples;
-  for (const bool contour : {true, false})
-    for (const ModelEdge& edge : model_.edges) {
-      if (onContour(edge, eye) != contour || (edge.kind == EdgeKind::kSmooth && !contour)) continue;
-      for (int k = std::min(stride, edge.sample_count) / 2; k < edge.sample_count; k += stride) {
-        const int index = edge.first_sample + k;
-        const auto u =
-            camera_.project(R * model_.samples[static_cast<size_t>(index)].p + T.translation);
-        if (!u || !camera_.contains(*u, kImageMargin)) continue;
-        uint8_t& cell = taken(static_cast<int>(u->x()) / kCell, static_cast<int>(u->y()) / kCell);
-        if (cell) continue;
-        cell = 1;
-        samples.push_back(index);
-      }
+  const auto addSamples = [&](const ModelEdge& edge) {
+    for (int k = std::min(stride, edge.sample_count) / 2; k < edge.sample_count; k += stride) {
+      const int index = edge.first_sample + k;
+      const auto u =
+          camera_.project(R * model_.samples[static_cast<size_t>(index)].p + T.translation);
+      if (!u || !camera_.contains(*u, kImageMargin)) continue;
+      uint8_t& cell = taken(static_cast<int>(u->x()) / kCell, static_cast<int>(u->y()) / kCell);
+      if (cell) continue;
+      cell = 1;
+      samples.push_back(index);
     }
+  };
+  std::vector<uint8_t> contour;
+  findContour(model_, eye, contour);
+  for (size_t i = 0; i < contour.size(); ++i)
+    if (contour[i]) addSamples(model_.edges[i]);
+  for (const int i : model_.sharp_edges)
+    if (!contour[static_cast<size_t>(i)]) addSamples(model_.edges[static_cast<size_t>(i)]);
   return samples;
 }
 

@@ -79,6 +79,13 @@ void addShifted(const Image<uint8_t>& map, int dx, int dy, std::vector<uint16_t>
   }
 }
 
+// In a form that is done by many at once.
+uint16_t lowestOf(const std::vector<uint16_t>& values) {
+  uint16_t lowest = UINT16_MAX;
+  for (const uint16_t value : values) lowest = std::min(lowest, value);
+  return lowest;
+}
+
 Eigen::Quaterniond aboutZ(double angle) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, Vector3d::UnitZ()));
 }
@@ -132,11 +139,11 @@ void EdgeTemplates::slide(const ChamferMaps& maps, Placed placed, std::vector<ui
   }
   const int width = maps.coarse(0).width;
   for (int k = 0; k < kPlaces; ++k) {
-    const auto lowest = std::min_element(sums.begin(), sums.end());
-    const int at = static_cast<int>(lowest - sums.begin());
+    const uint16_t lowest = lowestOf(sums);
+    const int at = static_cast<int>(std::find(sums.begin(), sums.end(), lowest) - sums.begin());
     placed.x = at % width;
     placed.y = at / width;
-    placed.mean = *lowest / static_cast<double>(view.points.size());
+    placed.mean = lowest / static_cast<double>(view.points.size());
     best.push_back(placed);
     // Its neighbourhood is done with.
     constexpr int kNear = 4;

@@ -102,5 +102,23 @@ TEST(EdgeModel, NothingToSeeGivesNoEdges) {
   EXPECT_TRUE(makeEdgeModel(points, {}).edges.empty());
 }
 
+TEST(EdgeModel, TheContourIsWhereOneFaceLooksAwayOrIsMissing) {
+  Mesh mesh = test::boxMesh();
+  mesh.triangles.resize(mesh.triangles.size() - 2);  // one side is open
+  const EdgeModel model = makeEdgeModel(mesh, {});
+  std::vector<uint8_t> contour(3, 7);
+  for (const Vector3d& eye :
+       {Vector3d(0.3, 0.5, 0.9), Vector3d(-1, 0.1, 0.05), Vector3d(0, -2, 1)}) {
+    findContour(model, eye, contour);
+    ASSERT_EQ(contour.size(), model.edges.size());
+    for (size_t i = 0; i < contour.size(); ++i) {
+      const ModelEdge& e = model.edges[i];
+      const Vector3d view = model.vertices[static_cast<size_t>(e.a)] - eye;
+      EXPECT_EQ(contour[i] != 0,
+                e.kind == EdgeKind::kBoundary || e.n1.dot(view) * e.n2.dot(view) <= 0);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace diorama
