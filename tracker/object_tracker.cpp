@@ -45,7 +45,7 @@ class EdgeTracker::Implementation {
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
   Estimate follow(const Frame& frame);
-  Estimate startAt(const SE3& start, double needed, uint32_t frame_index);
+  Estimate startAt(const SE3& start, uint32_t frame_index);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
   void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
   ObjectMeasurement lose(const Frame& frame, const TrackHealth& health);
@@ -124,7 +124,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   const uint32_t index = static_cast<uint32_t>(frame.index);
   Estimate estimate;
   if (starting_ || (state_ == State::kLost && !reference_good_))
-    estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), needed, index);
+    estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), index);
   else
     estimate = follow(frame);
   bool good = estimate.health.value >= needed;
@@ -164,14 +164,16 @@ Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
   return by_particles.health.value > alone.health.value ? by_particles : alone;
 }
 
-// From a given pose: directly, and where that does not end well, by annealed particles around it,
-// unless it is known how the object looked before.
-Estimate EdgeTracker::Implementation::startAt(const SE3& start, double needed,
-                                              uint32_t frame_index) {
+// From a given pose: directly, and where that does not end beyond doubt, by annealed particles
+// around it, unless it is known how the object looked before: round things have many poses that
+// look right.
+Estimate EdgeTracker::Implementation::startAt(const SE3& start, uint32_t frame_index) {
   const FilterOptions& options = options_.filter;
   Estimate best = refiner_.refineStart(start);
   // With good grey values the rescue does as well, and costs less.
-  if (best.health.value >= needed || options.start_particles == 0 || reference_good_) return best;
+  if (best.health.value >= options_.certain_health || options.start_particles == 0 ||
+      reference_good_)
+    return best;
   const std::vector<int> ranges{options.start_search_px, options.search_px};
   const auto judge = [&](const SE3& T) {
     return refiner_.judge(T, refiner_.visibleSamples(T, options.max_samples), ranges);

@@ -59,9 +59,10 @@ struct TrackerOptions {
   // Between `lost` and `claim` the pose is followed for a while, but neither claimed nor
   // remembered.
   double inlier_px = 1.5;
-  double claim_health = 0.35;  // an object half hidden is still claimed
-  double start_health = 0.65;  // after a start, a doubt or a loss: 2% of wrong poses that were
-                               // fitted in clutter reach it
+  double claim_health = 0.35;    // an object half hidden is still claimed
+  double start_health = 0.65;    // after a start, a doubt or a loss: 2% of wrong poses that were
+                                 // fitted in clutter reach it
+  double certain_health = 0.85;  // of a start that needs no comparison with others around it
   double lost_health = 0.2;
   int doubtful_frames = 10;      // in a row, before the object is lost
   double claim_sigma_m = 0.025;  // a pose that is less certain is not claimed: half of what counts
@@ -116,6 +117,7 @@ struct TrackerOptions {
     v("inlier_px", inlier_px, kPositive);
     v("claim_health", claim_health, kFraction);
     v("start_health", start_health, kFraction);
+    v("certain_health", certain_health, kFraction);
     v("lost_health", lost_health, kFraction);
     v("doubtful_frames", doubtful_frames, Range{0, 100000});
     v("claim_sigma_m", claim_sigma_m, kPositive);
