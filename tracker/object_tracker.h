@@ -24,9 +24,9 @@ class EdgeTracker : public ObjectTracker {
   EdgeTracker(const EdgeTracker&) = delete;
   EdgeTracker& operator=(const EdgeTracker&) = delete;
 
-  // Uses the grey values, and colours where edges are weak in them. A frame that does not fit the camera, or in which the object is lost, is
-  // not claimed; its measurement holds the last pose, and `reason` says why. Same input, same
-  // result. About 0.5 ms at 640 x 480.
+  // Uses the grey values, and colours where edges are weak in them. A frame that does not fit the
+  // camera, or in which the object is lost, is not claimed; its measurement holds the last pose,
+  // and `reason` says why. Same input, same result. About 0.5 ms at 640 x 480.
   ObjectMeasurement track(const Frame& frame,
                           const std::optional<ObjectPrediction>& start) override;
 
