@@ -132,20 +132,25 @@ LightGrid makeLightGrid(const RenderScene& scene, int divisor) {
   return grid;
 }
 
-Vector3f LightGrid::at(size_t triangle, float u, float v,
-                       const std::vector<Vector3f>& values) const {
+LightGrid::Cell LightGrid::cellAt(size_t triangle, float u, float v) const {
   const int r = resolution[triangle];
   const float x = u * static_cast<float>(r), y = v * static_cast<float>(r);
   const int i = std::min(static_cast<int>(x), r - 1);
   const int j = std::clamp(static_cast<int>(y), 0, r - 1 - i);
   const float fx = std::clamp(x - static_cast<float>(i), 0.f, 1.f),
               fy = std::clamp(y - static_cast<float>(j), 0.f, 1.f);
-  const auto value = [&](int a, int b) -> const Vector3f& { return values[point(triangle, a, b)]; };
+  const uint32_t right = point(triangle, i + 1, j), above = point(triangle, i, j + 1);
   if (fx + fy > 1 && i + j + 2 <= r)
-    return (fx + fy - 1) * value(i + 1, j + 1) + (1 - fy) * value(i + 1, j) +
-           (1 - fx) * value(i, j + 1);
+    return {{point(triangle, i + 1, j + 1), right, above}, {fx + fy - 1, 1 - fy, 1 - fx}};
   const float s = std::min(fx + fy, 1.f);
-  return (1 - s) * value(i, j) + fx * value(i + 1, j) + (s - fx) * value(i, j + 1);
+  return {{point(triangle, i, j), right, above}, {1 - s, fx, s - fx}};
+}
+
+Vector3f LightGrid::at(size_t triangle, float u, float v,
+                       const std::vector<Vector3f>& values) const {
+  const Cell c = cellAt(triangle, u, v);
+  return c.weight[0] * values[c.point[0]] + c.weight[1] * values[c.point[1]] +
+         c.weight[2] * values[c.point[2]];
 }
 
 std::vector<Vector3f> smoothed(const LightGrid& grid, const std::vector<Vector3f>& values) {

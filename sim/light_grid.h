@@ -2,6 +2,7 @@
 // coincide in position and normal merged into one point, so that no seam shows between triangles.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -22,7 +23,12 @@ struct LightGrid {
     return point_of_sample[static_cast<size_t>(offset[triangle] + j * (r + 1) - j * (j - 1) / 2 +
                                                i)];
   }
-  // Linear interpolation of a value per point.
+  // The points around a place on a triangle, for linear interpolation.
+  struct Cell {
+    std::array<uint32_t, 3> point;
+    std::array<float, 3> weight;
+  };
+  Cell cellAt(size_t triangle, float u, float v) const;
   Vector3f at(size_t triangle, float u, float v, const std::vector<Vector3f>& values) const;
 };
 

@@ -130,8 +130,7 @@ void MovingObjects::traceCenters(int tile, const PacketRays& packet, int y, Cent
   const auto rays_of = [&](size_t k) { return cameras_[k].rays(packet, y); };
   const auto take = [&](size_t k, const RayPacket& rays, const PacketHits& hits) {
     const RenderScene& scene = *objects_[k].scene;
-    const Float8 depth =
-        PlaneDepth(scene)(cameras_[k][y], cameras_[k][y + 1], packet, hits);
+    const Float8 depth = PlaneDepth(scene)(cameras_[k][y], cameras_[k][y + 1], packet, hits);
     centers.depth_m = simd::select(hits.mask, depth, centers.depth_m);
     for (int lane = 0; lane < 8; ++lane)
       if (hits.mask[lane])

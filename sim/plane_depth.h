@@ -52,8 +52,8 @@ class PlaneDepth {
   simd::Float8 onPlane(const PacketRays& packet) const {
     const Double8 x = __builtin_convertvector(simd::load(packet.x), Double8);
     const Double8 y = __builtin_convertvector(simd::load(packet.y), Double8);
-    return __builtin_convertvector(height_ / (n_camera_.x() * x + n_camera_.y() * y + n_camera_.z()),
-                                   simd::Float8);
+    return __builtin_convertvector(
+        height_ / (n_camera_.x() * x + n_camera_.y() * y + n_camera_.z()), simd::Float8);
   }
 
   const RenderScene& scene_;

@@ -38,8 +38,12 @@ class RayTable {
   int paddedHeight() const { return tiles_y_ * kTileSize; }
 
   // Packet p of a tile lies at pixel (packetX, packetY).
-  int packetX(int tile, int p) const { return tile % tiles_x_ * kTileSize + p % kPacketsPerRow * kPacketWidth; }
-  int packetY(int tile, int p) const { return tile / tiles_x_ * kTileSize + p / kPacketsPerRow * kPacketHeight; }
+  int packetX(int tile, int p) const {
+    return tile % tiles_x_ * kTileSize + p % kPacketsPerRow * kPacketWidth;
+  }
+  int packetY(int tile, int p) const {
+    return tile / tiles_x_ * kTileSize + p / kPacketsPerRow * kPacketHeight;
+  }
   const PacketRays& packet(int tile, int p) const {
     return packets_[static_cast<size_t>(tile * kPacketsPerTile + p)];
   }

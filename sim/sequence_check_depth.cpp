@@ -224,6 +224,15 @@ int DepthComparison::continuedLines(const DepthView& view, Pixel pixel, double o
   return depth > 0 ? linesTo(view.depth_m, pixel, 1 / depth, kAll) : 0;
 }
 
+bool DepthComparison::standsOff(const DepthView& view, Pixel pixel, double off_m) const {
+  constexpr double kAbout = 0.5;  // of the distance
+  const double depth = static_cast<double>(view.depth_m(pixel.x, pixel.y));
+  return std::any_of(kAround.begin(), kAround.end(), [&](const Pixel& step) {
+    const double w = inverseDepth(view.depth_m, pixel + step);
+    return w > 0 && std::abs(depth - 1 / w - off_m) < kOff_m + kAbout * std::abs(off_m);
+  });
+}
+
 std::vector<Agreement> DepthComparison::compare(const DepthView& view, const DepthView& other,
                                                 int ids) const {
   std::vector<Agreement> result(static_cast<size_t>(ids));

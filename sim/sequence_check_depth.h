@@ -53,6 +53,9 @@ class DepthComparison {
   // How many of the 12 lines of two neighbours a pixel would continue if it were `off_m` nearer.
   int continuedLines(const DepthView& view, Pixel pixel, double off_m) const;
 
+  // Whether a pixel lies farther than one of those around it by about off_m (nearer if negative).
+  bool standsOff(const DepthView& view, Pixel pixel, double off_m) const;
+
   // Over a grid of pixels with a surface around them, by instance id.
   std::vector<Agreement> compare(const DepthView& view, const DepthView& other, int ids) const;
 

@@ -142,7 +142,9 @@ std::optional<double> SequenceCheck::State::misplaced(
   return off;
 }
 
-// Something thinner than a pixel is hit now and then, here or in other frames.
+// Something thinner than a pixel is hit now and then, here or in other frames: there, too, it
+// stands off what is beside it by about as much. What is seen through a gap nearby may just have
+// its depth.
 bool SequenceCheck::State::showsItselfAgain(
     const LoadedFrame& frame, Pixel pixel, double off_m,
     const std::vector<std::shared_ptr<const LoadedFrame>>& others) const {
@@ -156,7 +158,7 @@ bool SequenceCheck::State::showsItselfAgain(
       const double z = static_cast<double>(other.view.depth_m(p.x, p.y));
       return std::abs(p.x - place->u_px.x()) <= kStructure_px &&
              std::abs(p.y - place->u_px.y()) <= kStructure_px &&
-             std::abs(z - place->p.z()) < tolerance;
+             std::abs(z - place->p.z()) < tolerance && depth->standsOff(other.view, p, off_m);
     });
   };
   if (near(frame, true)) return true;

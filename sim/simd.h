@@ -62,6 +62,21 @@ inline int bits(Int8 mask) { return _mm256_movemask_ps(asFloat(mask)); }
 inline Int8 gather(const int* base, Int8 index) {
   return reinterpret_cast<Int8>(_mm256_i32gather_epi32(base, reinterpret_cast<__m256i>(index), 4));
 }
+// base[index] and base[index + 1]: eight loads, in half the time of two gathers.
+inline void gatherPairs(const int* base, Int8 index, Int8& first, Int8& second) {
+  alignas(32) int at[8];
+  std::memcpy(at, &index, sizeof at);
+  const auto two = [&](int a, int b) {
+    const __m128i low = _mm_loadl_epi64(reinterpret_cast<const __m128i*>(base + at[a]));
+    return _mm_loadh_pi(_mm_castsi128_ps(low), reinterpret_cast<const __m64*>(base + at[b]));
+  };
+  const auto four = [&](int a, int b) {
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(two(a, a + 1)), two(b, b + 1), 1);
+  };
+  const __m256 even = four(0, 4), odd = four(2, 6);
+  first = asInt(_mm256_shuffle_ps(even, odd, 0x88));
+  second = asInt(_mm256_shuffle_ps(even, odd, 0xdd));
+}
 #else
 inline Int8 select(Int8 mask, Int8 a, Int8 b) { return (mask & a) | (~mask & b); }
 inline Float8 select(Int8 mask, Float8 a, Float8 b) {
@@ -88,6 +103,10 @@ inline Int8 gather(const int* base, Int8 index) {
   Int8 v;
   for (int i = 0; i < 8; ++i) v[i] = base[index[i]];
   return v;
+}
+inline void gatherPairs(const int* base, Int8 index, Int8& first, Int8& second) {
+  first = gather(base, index);
+  second = gather(base + 1, index);
 }
 #endif
 

@@ -56,14 +56,21 @@ inline const int* texelsOf(const RenderScene& scene) {
   return reinterpret_cast<const int*>(scene.textures.texels().data());
 }
 
+// Texels of a square's columns in one of its rows. Neighbours in a row follow one another, but for
+// the last and the first of a texture.
+inline void texelsOfRow(const int* texels, const TexelSquare& s, Int8 row, Int8& left,
+                        Int8& right) {
+  if (simd::bits(s.right <= s.left) == 0)
+    return simd::gatherPairs(texels, row + s.left, left, right);
+  left = simd::gather(texels, row + s.left);
+  right = simd::gather(texels, row + s.right);
+}
+
 // One bilinear tap, in linear light: interpolating the coded values would shift edges.
-inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t, Float8 u, Float8 v,
-                               Float8 lod) {
-  const TexelSquare s = texelsAround(t, mipLevel(t, lod), u, v);
+inline Vector8 filteredTexture(const RenderScene& scene, const TexelSquare& s) {
   const int* texels = texelsOf(scene);
   Vector8 sum = simd::splat3(0, 0, 0);
-  const auto add = [&](Int8 at, Float8 weight) {
-    const Int8 texel = simd::gather(texels, at);
+  const auto add = [&](Int8 texel, Float8 weight) {
     const Float8 red = toFloat(texel & 0xff), green = toFloat((texel >> 8) & 0xff),
                  blue = toFloat(texel >> 16);
     sum.x += weight * red * red;
@@ -71,11 +78,19 @@ inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t,
     sum.z += weight * blue * blue;
   };
   const Float8 w11 = s.fx * s.fy, w10 = s.fx - w11, w01 = s.fy - w11, w00 = 1.f - s.fx - w01;
-  add(s.upper + s.left, w00);
-  add(s.upper + s.right, w10);
-  add(s.lower + s.left, w01);
-  add(s.lower + s.right, w11);
+  Int8 left, right;
+  texelsOfRow(texels, s, s.upper, left, right);
+  add(left, w00);
+  add(right, w10);
+  texelsOfRow(texels, s, s.lower, left, right);
+  add(left, w01);
+  add(right, w11);
   return sum * splat(1.f / (255.f * 255.f));
+}
+
+inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t, Float8 u, Float8 v,
+                               Float8 lod) {
+  return filteredTexture(scene, texelsAround(t, mipLevel(t, lod), u, v));
 }
 
 // Asks the memory for what a tap there will read: an atlas is far larger than the caches.

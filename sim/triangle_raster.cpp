@@ -17,18 +17,19 @@ constexpr double kNear_m = 1e-3;
 
 // Functions come from OSMesa itself: where a process also holds libGL, names would be ambiguous.
 struct Gl {
-#define DIORAMA_GL_FUNCTIONS(F)                                                                   \
-  F(AttachShader)                                                                                 \
-  F(BindBuffer)                                                                                   \
-  F(BindFramebuffer)                                                                              \
-  F(BindRenderbuffer)                                                                             \
-  F(BindVertexArray) F(BufferData) F(CheckFramebufferStatus) F(ClearBufferfv) F(ClearBufferuiv)   \
-      F(ClipControl) F(CompileShader) F(CreateProgram) F(CreateShader) F(DepthFunc)               \
-          F(DrawElements) F(Enable) F(EnableVertexAttribArray) F(FramebufferRenderbuffer)         \
-              F(GenBuffers) F(GenFramebuffers) F(GenRenderbuffers) F(GenVertexArrays) F(GetError) \
-                  F(GetProgramiv) F(GetUniformLocation) F(LinkProgram) F(ReadPixels)              \
-                      F(RenderbufferStorage) F(ShaderSource) F(Uniform1ui) F(UniformMatrix4fv)    \
-                          F(UseProgram) F(VertexAttribPointer) F(Viewport)
+#define DIORAMA_GL_FUNCTIONS(F)                                                                  \
+  F(AttachShader)                                                                                \
+  F(BindBuffer)                                                                                  \
+  F(BindFramebuffer)                                                                             \
+  F(BindRenderbuffer)                                                                            \
+  F(BindVertexArray)                                                                             \
+  F(BufferData) F(CheckFramebufferStatus) F(ClearBufferfv) F(ClearBufferuiv) F(ClipControl)      \
+      F(CompileShader) F(CreateProgram) F(CreateShader) F(DepthFunc) F(DrawElements) F(Enable)   \
+          F(EnableVertexAttribArray) F(FramebufferRenderbuffer) F(GenBuffers) F(GenFramebuffers) \
+              F(GenRenderbuffers) F(GenVertexArrays) F(GetError) F(GetProgramiv)                 \
+                  F(GetUniformLocation) F(LinkProgram) F(ReadPixels) F(RenderbufferStorage)      \
+                      F(ShaderSource) F(Uniform1ui) F(UniformMatrix4fv) F(UseProgram)            \
+                          F(VertexAttribPointer) F(Viewport)
 #define DIORAMA_GL_MEMBER(name) decltype(&gl##name) name = nullptr;
   DIORAMA_GL_FUNCTIONS(DIORAMA_GL_MEMBER)
 

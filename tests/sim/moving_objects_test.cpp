@@ -30,8 +30,8 @@ std::string box(double x, double y, double z) {
 Scene boxBeforeWall(const Workshop& workshop) {
   Scene scene = plainScene();
   workshop.write("paint.mtl", "newmtl paint\nKd 0.6 0.5 0.4\nKs 0 0 0\n");
-  scene.lights = {
-      {Vector3d(0.2, 0.5, 0.9), Vector3d(0, 0.15, 0), Vector3d(-0.05, 0, 0.15), Vector3d(90, 90, 90)}};
+  scene.lights = {{Vector3d(0.2, 0.5, 0.9), Vector3d(0, 0.15, 0), Vector3d(-0.05, 0, 0.15),
+                   Vector3d(90, 90, 90)}};
   scene.ambient = 0.2;
   scene.objects = {
       object("wall", workshop.write("w.obj", square(4, "mtllib paint.mtl\n")), Vector3d(2, 0, 0),
