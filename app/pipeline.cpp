@@ -56,7 +56,8 @@ void Pipeline::moveMap(FrameResult& result) {
   if (!mapper_.started()) return;
   AddResult added{false, "the odometry gave nothing"};
   if (result.odometry) added = mapper_.addOdometry(*result.odometry);
-  if (!added) DIORAMA_CHECK(mapper_.addGap(now_ns_));
+  if (!added)
+    DIORAMA_CHECK(mapper_.addGap(now_ns_, result.odometry ? result.odometry->T_from_to : SE3{}));
   if (!added && !odometry_gap_ && odometry_->started() && odometry_->events().empty())
     result.events.push_back({now_ns_, "odometry", "lost", 0, added.reason});
   odometry_gap_ = !added;

@@ -14,7 +14,7 @@
 namespace diorama {
 
 struct RunArguments {
-  std::string input, output, method = "fused", initial = "given", odometry = "simulated",
+  std::string input, output, method = "fused", initial = "given", odometry = "vo",
                              tracker = "edge";
   std::string quality = "standard", frames, options, objects;
   std::vector<std::string> sets, expects;

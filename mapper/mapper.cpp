@@ -51,28 +51,27 @@ class Mapper::Impl {
 
   AddResult addOdometry(const OdometryMeasurement& measurement) {
     if (!started()) return {false, "the map has not been started"};
-    if (measurement.from_ns != newest_ns())
+    const bool across_gap = gap_ && measurement.from_ns == gap_->began_ns;
+    if (measurement.from_ns != newest_ns() && !across_gap)
       return {false, "the odometry does not begin at the newest pose"};
-    if (measurement.to_ns <= measurement.from_ns) return {false, "time does not increase"};
+    if (measurement.to_ns <= newest_ns()) return {false, "time does not increase"};
     const OdometryFactorResult result =
         makeOdometryFactor(measurement, options_.odometry_sigma_scale);
     if (!result.factor) return {false, result.reason};
-    smoother_.addPose(measurement.to_ns, *result.factor);
-    gap_began_ns_.reset();
+    if (across_gap)
+      closeGap(measurement.to_ns, *result.factor);
+    else
+      smoother_.addPose(measurement.to_ns, *result.factor);
+    gap_.reset();
     return {true};
   }
 
-  AddResult addGap(int64_t timestamp_ns) {
+  AddResult addGap(int64_t timestamp_ns, const SE3& T_from_to) {
     if (!started()) return {false, "the map has not been started"};
     if (timestamp_ns <= newest_ns()) return {false, "time does not increase"};
-    if (!gap_began_ns_) gap_began_ns_ = newest_ns();
-    const auto seconds = [&](int64_t to_ns) {
-      return 1e-9 * static_cast<double>(to_ns - *gap_began_ns_);
-    };
-    const double before_s = seconds(newest_ns()), after_s = seconds(timestamp_ns);
-    smoother_.addPose(timestamp_ns,
-                      makeGapFactor(1, stepOf(options_.gap_m_s, kFarthest_m, before_s, after_s),
-                                    stepOf(options_.gap_rad_s, kFarthest_rad, before_s, after_s)));
+    if (!isUnitPose(T_from_to)) return {false, "the pose is not finite, or no rotation"};
+    if (!gap_) openGap();
+    addGapPose(timestamp_ns, T_from_to);
     return {true};
   }
 
@@ -133,6 +132,40 @@ class Mapper::Impl {
   }
 
  private:
+  struct Gap {
+    int64_t began_ns = 0;
+    size_t anchor = 0;  // the pose where it began, as something that later poses see
+  };
+
+  // The odometry may find the camera again and measure the way from where it lost it: a factor
+  // between that pose and a later one. For the smoother, which knows none between poses that do not
+  // follow one another, the pose stays at hand as an object that stands where the camera stood.
+  void openGap() {
+    gap_ = Gap{newest_ns(), smoother_.addObject("", T_world_camera())};
+    constexpr double kSameSigma = 1e-4;  // m, rad: finer than any odometry
+    smoother_.addObservation(newest(), {gap_->anchor, SE3{}, Matrix6d::Identity() / kSameSigma});
+  }
+
+  void addGapPose(int64_t timestamp_ns, const SE3& T_from_to) {
+    const auto seconds = [&](int64_t to_ns) {
+      return 1e-9 * static_cast<double>(to_ns - gap_->began_ns);
+    };
+    const double before_s = seconds(newest_ns()), after_s = seconds(timestamp_ns);
+    OdometryFactor step =
+        makeGapFactor(1, stepOf(options_.gap_m_s, kFarthest_m, before_s, after_s),
+                      stepOf(options_.gap_rad_s, kFarthest_rad, before_s, after_s));
+    step.Z = T_from_to;
+    smoother_.addPose(timestamp_ns, step);
+  }
+
+  // Z = T_from_to seen as T_to_from: Log(Z^-1 T_from_to) = -Ad(Z^-1) Log(Z T_to_from) to first
+  // order.
+  void closeGap(int64_t timestamp_ns, const OdometryFactor& measured) {
+    addGapPose(timestamp_ns, SE3{});
+    const SE3 T_to_from = measured.Z.inverse();
+    smoother_.addObservation(newest(), {gap_->anchor, T_to_from, -measured.W * adjoint(T_to_from)});
+  }
+
   // Who moves keeps moving: what is not known of the way grows with the time of the whole gap, not
   // with its root, up to the size of a room or a turned head. The sigma of one step of it.
   static constexpr double kFarthest_m = 2, kFarthest_rad = 1;
@@ -157,7 +190,7 @@ class Mapper::Impl {
   MapperOptions options_;
   ChainSmoother smoother_;
   Landmarks landmarks_;
-  std::optional<int64_t> gap_began_ns_;  // while nobody measures the motion
+  std::optional<Gap> gap_;  // while nobody measures the motion
   std::map<std::string, Symmetries> symmetries_;
 };
 
@@ -172,7 +205,9 @@ void Mapper::setSymmetries(const std::string& object, const Symmetries& symmetri
 void Mapper::start(int64_t timestamp_ns) { impl_->start(timestamp_ns); }
 bool Mapper::started() const { return impl_->started(); }
 AddResult Mapper::addOdometry(const OdometryMeasurement& m) { return impl_->addOdometry(m); }
-AddResult Mapper::addGap(int64_t timestamp_ns) { return impl_->addGap(timestamp_ns); }
+AddResult Mapper::addGap(int64_t timestamp_ns, const SE3& T_from_to) {
+  return impl_->addGap(timestamp_ns, T_from_to);
+}
 AddResult Mapper::addObject(const ObjectMeasurement& m) { return impl_->addObject(m); }
 void Mapper::doubt(const std::string& object) { impl_->doubt(object); }
 MapEstimate Mapper::update() { return impl_->update(); }

@@ -81,13 +81,15 @@ class Mapper {
   void start(int64_t timestamp_ns);
   bool started() const;
 
-  // Appends the pose at to_ns. Refused: a from_ns other than the newest pose's time, health 0, a
-  // pose or covariance that is not finite, a covariance that is not positive definite.
+  // Appends the pose at to_ns. Its from_ns is the newest pose's time, or that of the last one
+  // before a gap. Refused: another from_ns, health 0, a pose or covariance that is not finite, a
+  // covariance that is not positive definite.
   AddResult addOdometry(const OdometryMeasurement& measurement);
 
-  // Appends a pose for a frame whose motion nobody measured: the camera stands still, within
-  // gap_m_s and gap_rad_s. The objects then tell where it is.
-  AddResult addGap(int64_t timestamp_ns);
+  // Appends a pose for a frame whose motion nobody measured: a guess, by default that the camera
+  // stands still, right within gap_m_s and gap_rad_s. The objects tell where it is, and odometry
+  // that finds its way again.
+  AddResult addGap(int64_t timestamp_ns, const SE3& T_from_to = {});
 
   // Adds an object's pose, seen from a pose in the window; the first measurement of an object
   // places it. Refused: not claimed, health 0, no pose at that time, numbers as above, or outside

@@ -136,11 +136,13 @@ RootSystem::Solution RootSystem::solve() const {
     if (out.delta.allFinite() && out.P.allFinite()) return out;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A_);
-  const Eigen::VectorXd values =
-      eigen.eigenvalues().cwiseMax(kRounding * eigen.eigenvalues().cwiseAbs().maxCoeff());
-  out.P =
-      eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
-  out.delta = out.P * b_;
+  const double least = kRounding * eigen.eigenvalues().cwiseAbs().maxCoeff();
+  out.P = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(least).cwiseInverse().asDiagonal() *
+          eigen.eigenvectors().transpose();
+  // What is said of those directions is rounding, too: nothing moves along them.
+  const Eigen::VectorXd gains =
+      (eigen.eigenvalues().array() > least).select(eigen.eigenvalues().cwiseInverse(), 0);
+  out.delta = eigen.eigenvectors() * (gains.asDiagonal() * (eigen.eigenvectors().transpose() * b_));
   return out;
 }
 

@@ -94,7 +94,7 @@ def repeatable(report, work, sequence):
 def smoother(report):
     tests(report, "unit tests of mapper and pipeline", "-R", "Mapper|Smoother|Gate|WrongMeasurements|Pipeline|Factor")
     printed(report, "clean measurements at the gate (99.9 +- 0.1%, 6 +- 0.1)", "mapper/mapper_test", "Gate.PassesClean*", "clean:")
-    printed(report, "wrong measurements (25/25/25, 25/23/11, 11/-/-, 25/25/25)", "mapper/mapper_test", "WrongMeasurements.*", "wrong 50")
+    printed(report, "wrong measurements (25/25/25, 25/23/11, 11/-/-, 25/25/25)", "mapper/mapper_e2e_test", "WrongMeasurements.*", "wrong 50")
     times = bench("mapper_bench", "BM_SmootherStep", "cpu_time")
     long, short = times["BM_SmootherStep/20000"], times["BM_SmootherStep/1000"]
     report.limit("BM_SmootherStep/20000, ms", long, "<=", 0.05)

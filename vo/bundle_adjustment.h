@@ -12,6 +12,9 @@ struct BundleRequest {
   int iterations = 6;  // Levenberg-Marquardt steps
   bool metric =
       true;  // objects count; else the map's scale is arbitrary, and held by its second keyframe
+  // Random walk of the velocity between keyframes that follow one another, m^2/s^3 (see
+  // MotionModel); 0: nothing is assumed of the motion.
+  double acceleration = 0;
 };
 
 struct BundleReport {

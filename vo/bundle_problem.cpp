@@ -34,6 +34,7 @@ BundleProblem::BundleProblem(const Camera& camera, Map& map, const BundleRequest
   chooseKeyframes(request.window, request.metric);
   choosePoints();
   if (request.metric) chooseObjects();
+  if (request.acceleration > 0) chooseMotion(request.acceleration);
   for (size_t i = 0; i < map_.keyframes.size(); ++i) map_.keyframes[i]->view = i;
   updateViews();
 }
@@ -103,6 +104,51 @@ void BundleProblem::chooseObjects() {
     }
 }
 
+// The difference of mean velocities over d1 and d2 has variance q (d1 + d2) / 3.
+void BundleProblem::chooseMotion(double acceleration) {
+  constexpr double kLongest_s = 0.25;
+  const auto& all = map_.keyframes;
+  for (size_t i = 2; i < all.size(); ++i) {
+    if (all[i]->slot < 0 && all[i - 1]->slot < 0 && all[i - 2]->slot < 0) continue;
+    const double d1 =
+        1e-9 * static_cast<double>(all[i - 1]->timestamp_ns - all[i - 2]->timestamp_ns);
+    const double d2 = 1e-9 * static_cast<double>(all[i]->timestamp_ns - all[i - 1]->timestamp_ns);
+    if (d1 > kLongest_s || d2 > kLongest_s) continue;
+    motions_.push_back({{all[i - 2].get(), all[i - 1].get(), all[i].get()},
+                        {1 / d1, -1 / d1 - 1 / d2, 1 / d2},
+                        acceleration * (d1 + d2) / 3});
+  }
+}
+
+Vector3d BundleProblem::Motion::change() const {
+  Vector3d sum = Vector3d::Zero();
+  for (size_t i = 0; i < 3; ++i) sum += factors[i] * keyframes[i]->T_world_camera.translation;
+  return sum;
+}
+
+double BundleProblem::motionCost() const {
+  double sum = 0;
+  for (const Motion& m : motions_) sum += 0.5 * m.change().squaredNorm() / m.variance;
+  return sum;
+}
+
+void BundleProblem::addMotion() {
+  for (const Motion& m : motions_) {
+    const Vector3d r = m.change();
+    for (size_t i = 0; i < 3; ++i) {
+      const int a = m.keyframes[i]->slot;
+      if (a < 0) continue;
+      const Matrix3d R_a = m.keyframes[i]->T_world_camera.rotationMatrix();
+      b_.segment<3>(6 * a) -= m.factors[i] / m.variance * R_a.transpose() * r;
+      for (size_t j = 0; j < 3; ++j)
+        if (const int c = m.keyframes[j]->slot; c >= a)
+          S_.block<3, 3>(6 * a, 6 * c) += m.factors[i] * m.factors[j] / m.variance *
+                                          R_a.transpose() *
+                                          m.keyframes[j]->T_world_camera.rotationMatrix();
+    }
+  }
+}
+
 std::optional<Vector2d> BundleProblem::residual(const Observation& o,
                                                 const Vector3d& p_world) const {
   const View& view = viewOf(o);
@@ -118,11 +164,15 @@ double BundleProblem::error(size_t observation, const Vector3d& p_world) const {
 }
 
 double BundleProblem::cost() const {
-  double sum = 0;
+  double sum = motionCost();
   for (const PointBlock& block : points_)
     for (size_t k = block.begin; k < block.end; ++k) {
       sum += huberCost(error(k, block.point->p_world), options_.bundle_huber);
     }
+  for (const PointBlock& block : points_) {
+    const Vector3d d = block.point->p_world - block.point->assumed_p_world;
+    sum += 0.5 * d.dot(block.point->assumed_information * d);
+  }
   for (const Factor& f : factors_) {
     const ObjectResidual e = objectResidual(f.keyframe->T_world_camera,
                                             map_.objects[f.observation->object].T_world_object,
@@ -155,6 +205,9 @@ void BundleProblem::addPoint(PointBlock& block, double lambda) {
     b_.segment<6>(at).noalias() += w * J_pose.transpose() * r;
     W_[k].noalias() = w * J_pose.transpose() * J_point;
   }
+  const MapPoint& point = *block.point;
+  V += point.assumed_information;
+  block.g += point.assumed_information * (point.assumed_p_world - point.p_world);
   V.diagonal() *= 1 + lambda;
   V.diagonal().array() += kPointDamping;
   block.V_inverse = V.inverse();
@@ -196,6 +249,7 @@ bool BundleProblem::step(double lambda) {
   b_ = Eigen::VectorXd::Zero(6 * slots_);
   for (PointBlock& block : points_) addPoint(block, lambda);
   addObjects();
+  addMotion();
   S_.diagonal() *= 1 + lambda;
   S_.diagonal().array() += kPoseDamping;
   for (const PointBlock& block : points_) eliminatePoint(block);

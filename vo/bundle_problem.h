@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -40,6 +41,12 @@ class BundleProblem {
     Matrix3d R;
     Vector3d t;
   };
+  struct Motion {  // three keyframes, the change of their mean velocity, m/s, is small
+    std::array<Keyframe*, 3> keyframes;
+    std::array<double, 3> factors;  // of their positions, 1/s
+    double variance;
+    Vector3d change() const;
+  };
   struct Factor {
     Keyframe* keyframe;
     const ObjectObservation* observation;
@@ -51,6 +58,9 @@ class BundleProblem {
   void addPoint(PointBlock& block, double lambda);
   void eliminatePoint(const PointBlock& block);
   void addObjects();
+  void chooseMotion(double acceleration);
+  void addMotion();
+  double motionCost() const;
   void move(const Eigen::VectorXd& step);
   void updateViews();
   const View& viewOf(const Observation& o) const { return views_[o.keyframe->view]; }
@@ -67,6 +77,7 @@ class BundleProblem {
   std::vector<Matrix2d> whiten_;  // one per observation: covariance^-1/2
   std::vector<Matrix63d> W_;      // one per observation
   std::vector<Factor> factors_;
+  std::vector<Motion> motions_;
 
   std::vector<int> object_slot_ = std::vector<int>(map_.objects.size(), -1);
   int slots_ = 0;

@@ -90,10 +90,11 @@ bool isLocalMaximum(const Image<float>& scores, int x, int y) {
 
 std::vector<Corner> detectCorners(const ImagePyramid& pyramid, double noise, const CellGrid& grid,
                                   const std::vector<uint8_t>& occupied, int count,
-                                  const VoOptions& options) {
+                                  const VoOptions& options, int blurred_levels) {
   std::vector<Corner> best(grid.size());
   float penalty = 1;
-  for (int l = 0; l < std::min(kLevels, pyramid.levels()); ++l, penalty *= kLevelPenalty) {
+  for (int l = 0; l < std::min(kLevels + blurred_levels, pyramid.levels());
+       ++l, penalty *= kLevelPenalty) {
     const Image<float> scores = cornerScores(pyramid.level(l));
     // A difference over two pixels of noise has half its variance; halving the image halves sigma.
     const double noise_score = 0.5 * noise * noise / (1 << (2 * l));

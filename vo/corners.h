@@ -1,4 +1,4 @@
-// Corners: the strongest in each free cell of the image, over three pyramid levels.
+// Corners: the strongest in each free cell of the image, over the finest pyramid levels.
 #pragma once
 
 #include <vector>
@@ -38,6 +38,6 @@ struct Corner {
 // to the noise of the image (see VoOptions::min_corner_score).
 std::vector<Corner> detectCorners(const ImagePyramid& pyramid, double noise, const CellGrid& grid,
                                   const std::vector<uint8_t>& occupied, int count,
-                                  const VoOptions& options);
+                                  const VoOptions& options, int blurred_levels = 0);
 
 }  // namespace diorama::vo

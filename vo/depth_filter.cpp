@@ -1,6 +1,7 @@
 #include "vo/depth_filter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -30,6 +31,49 @@ void placePoint(const Seed& seed) {
   const double sigma = std::sqrt(seed.variance) / (seed.mean * seed.mean);
   seed.point->covariance = sigma * sigma * along * along.transpose();
 }
+
+// Assumptions are wrong together: many of them must not make a strong one.
+void assumeDepth(const Seed& seed) {
+  constexpr double kAssumedSigma = 10;
+  MapPoint& point = *seed.point;
+  const Vector3d along = seed.corner.host->T_world_camera.rotation * seed.corner.bearing;
+  const double sigma = kAssumedSigma * std::sqrt(seed.variance) / (seed.mean * seed.mean);
+  point.assumed_p_world = point.p_world;
+  point.assumed_information =
+      along * along.transpose() / (sigma * sigma * std::pow(along.squaredNorm(), 2));
+}
+
+// What is near in the image is often near in space.
+class DepthGuess {
+ public:
+  DepthGuess(const TrackedFrame& frame, double otherwise) : otherwise_(otherwise) {
+    const SE3 T_camera_world = frame.T_world_camera.inverse();
+    for (const Feature& feature : frame.features)
+      if (const double z = (T_camera_world * feature.point->p_world).z();
+          feature.point->settled && z > 0)
+        known_.push_back({feature.u_px, 1 / z});
+  }
+
+  // Inverse depth: the middle one of the three nearest features'.
+  double at(const Vector2d& u_px) const {
+    if (known_.size() < 3) return otherwise_;
+    std::vector<std::pair<double, double>> nearest;  // squared distance, inverse depth
+    for (const Known& known : known_)
+      nearest.emplace_back((known.u_px - u_px).squaredNorm(), known.inverse_depth);
+    std::partial_sort(nearest.begin(), nearest.begin() + 3, nearest.end());
+    std::array depths{nearest[0].second, nearest[1].second, nearest[2].second};
+    std::sort(depths.begin(), depths.end());
+    return depths[1];
+  }
+
+ private:
+  struct Known {
+    Vector2d u_px;
+    double inverse_depth;
+  };
+  std::vector<Known> known_;
+  double otherwise_;
+};
 
 }  // namespace
 
@@ -64,19 +108,20 @@ bool updateSeed(Seed& seed, const InverseDepth& measured) {
 
 void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRange& range,
                            Map& map) {
+  const DepthGuess guess(host, 1 / range.median_m);
   const CellGrid grid(camera.width(), camera.height(), options_.cell_px);
   std::vector<uint8_t> occupied(grid.size(), 0);
   for (const Feature& feature : host.features) occupied[grid.cellOf(feature.u_px)] = 1;
   const int room = options_.max_features - static_cast<int>(host.features.size());
   constexpr int kFewest = 20;  // new ones in each keyframe: old points will be left behind
   const int count = std::max(room, kFewest);
-  for (const Corner& corner :
-       detectCorners(*host.pyramid, host.noise, grid, occupied, count, options_)) {
+  for (const Corner& corner : detectCorners(*host.pyramid, host.noise, grid, occupied, count,
+                                            options_, host.blurred_levels)) {
     const auto bearing = camera.unproject(corner.u_px);
-    if (!bearing) continue;
+    if (!bearing || host.hidden.contains(corner.u_px)) continue;
     Seed seed;
     seed.corner = {&host, corner.u_px, *bearing, corner.level};
-    seed.mean = 1 / range.median_m;
+    seed.mean = guess.at(corner.u_px);
     seed.range = 1 / (kNearerThanSeen * range.nearest_m);
     const double sigma = seed.range / kSigmasInRange;
     seed.variance = sigma * sigma;
@@ -84,6 +129,7 @@ void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRang
         &map.addPoint(host, Vector3d::Zero(), hostMeasurement(corner.u_px, corner.level, options_));
     seed.point->settled = false;
     placePoint(seed);
+    assumeDepth(seed);
     seeds_.push_back(seed);
   }
   // The oldest had their chance.
@@ -92,7 +138,8 @@ void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRang
   if (surplus > 0) seeds_.erase(seeds_.begin(), seeds_.begin() + surplus);
 }
 
-bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, Seed& seed) {
+bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, bool held,
+                            Seed& seed) {
   if (seed.point->bad) return false;
   const SE3 T_frame_host = frame.T_world_camera.inverse() * seed.corner.host->T_world_camera;
   const Vector3d p_frame = T_frame_host * Vector3d(seed.corner.bearing / seed.mean);
@@ -110,13 +157,15 @@ bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, See
     return true;
   placePoint(seed);
   if (seed.a / (seed.a + seed.b) < kWorstInlierShare) return false;
-  if (std::sqrt(seed.variance) > options_.seed_converged * seed.mean) return true;
+  if (!held || std::sqrt(seed.variance) > options_.seed_converged * seed.mean) return true;
   seed.point->settled = true;
   return false;
 }
 
 void DepthFilter::update(const Camera& camera, const TrackedFrame& frame) {
   ++frames_;
+  // Depths are as good as the poses that they are seen from.
+  const bool held = certainFeatures(frame) >= options_.unsettled_below;
   // Those that have waited longest are searched first.
   std::vector<size_t> order;
   for (size_t i = 0; i < seeds_.size(); ++i) order.push_back(i);
@@ -127,7 +176,7 @@ void DepthFilter::update(const Camera& camera, const TrackedFrame& frame) {
   std::vector<uint8_t> done(seeds_.size(), 0);
   for (const size_t i : order) {
     seeds_[i].last_searched = frames_;
-    done[i] = !updateOne(camera, frame, seeds_[i]);
+    done[i] = !updateOne(camera, frame, held, seeds_[i]);
   }
   size_t kept = 0;
   for (size_t i = 0; i < seeds_.size(); ++i) {
@@ -140,6 +189,7 @@ void DepthFilter::update(const Camera& camera, const TrackedFrame& frame) {
 }
 
 void DepthFilter::placePoints() {
+  std::erase_if(seeds_, [](const Seed& seed) { return seed.point->settled; });
   for (const Seed& seed : seeds_) placePoint(seed);
 }
 

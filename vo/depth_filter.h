@@ -40,7 +40,7 @@ class DepthFilter {
 
  private:
   // Whether the seed is to be kept.
-  bool updateOne(const Camera& camera, const TrackedFrame& frame, Seed& seed);
+  bool updateOne(const Camera& camera, const TrackedFrame& frame, bool held, Seed& seed);
 
   VoOptions options_;
   std::vector<Seed> seeds_;

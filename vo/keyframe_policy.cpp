@@ -1,5 +1,6 @@
 #include "vo/keyframe_policy.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -11,7 +12,7 @@ constexpr double kOverlapCosine = 0.85;  // 32 degrees
 // When features get few, the camera must still have moved for them to have parallax.
 constexpr double kLeastDistance = 0.03;  // of the median depth
 // ... or turned to what no keyframe shows, where new corners hold the rotation at least.
-constexpr double kTurnedCosine = 0.97;  // 14 degrees, a quarter of a usual field of view
+constexpr double kTurnedCosine = 0.9925;  // 7 degrees, an eighth of a usual field of view
 
 }  // namespace
 
@@ -32,8 +33,9 @@ bool needsKeyframe(const Map& map, const TrackedFrame& frame, const VoOptions& o
   if (nearest > far) return true;
   const Keyframe& last = *map.keyframes.back();
   const double moved = (last.T_world_camera.translation - frame.T_world_camera.translation).norm();
-  return static_cast<double>(frame.features.size()) <
-             options.keyframe_min_share * static_cast<double>(last.tracked) &&
+  const double few = std::max(options.keyframe_min_share * static_cast<double>(last.tracked),
+                              double(options.unsettled_below));
+  return static_cast<double>(certainFeatures(frame)) <= few &&
          (turned || moved > kLeastDistance * depth);
 }
 

@@ -1,6 +1,7 @@
 #include "vo/map.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace diorama::vo {
 
@@ -9,9 +10,10 @@ Keyframe& Map::addKeyframe(const TrackedFrame& frame) {
   static_cast<TrackedFrame&>(*keyframe) = frame;
   keyframe->id = next_id_++;
   keyframe->tracked = frame.features.size();
-  std::erase_if(keyframe->features, [](const Feature& f) { return !f.point->settled; });
-  for (const Feature& feature : keyframe->features)
+  for (const Feature& feature : keyframe->features) {
     feature.point->observations.push_back({feature, keyframe.get()});
+    feature.point->settled = true;
+  }
   keyframes.push_back(std::move(keyframe));
   return *keyframes.back();
 }
@@ -44,7 +46,9 @@ void Map::stretch(const Vector3d& centre, double factor) {
   const auto move = [&](Vector3d& p) { p = centre + factor * (p - centre); };
   for (const auto& point : points) {
     move(point->p_world);
+    move(point->assumed_p_world);
     point->covariance *= factor * factor;
+    point->assumed_information /= factor * factor;
   }
   for (const auto& keyframe : keyframes) move(keyframe->T_world_camera.translation);
 }
@@ -77,6 +81,18 @@ void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed
 int settledFeatures(const TrackedFrame& frame) {
   return static_cast<int>(std::count_if(frame.features.begin(), frame.features.end(),
                                         [](const Feature& f) { return f.point->settled; }));
+}
+
+bool isCertain(const MapPoint& point, const TrackedFrame& frame) {
+  constexpr double kCertain = 0.03;
+  const double distance = (point.p_world - frame.T_world_camera.translation).norm();
+  return point.settled && std::sqrt(point.covariance.trace()) < kCertain * distance;
+}
+
+int certainFeatures(const TrackedFrame& frame) {
+  return static_cast<int>(
+      std::count_if(frame.features.begin(), frame.features.end(),
+                    [&](const Feature& f) { return isCertain(*f.point, frame); }));
 }
 
 DepthRange depthRange(const TrackedFrame& frame) {

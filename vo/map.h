@@ -9,6 +9,7 @@
 
 #include "core/camera.h"
 #include "core/se3.h"
+#include "vo/hidden_regions.h"
 #include "vo/image_pyramid.h"
 
 namespace diorama::vo {
@@ -31,6 +32,9 @@ struct MapPoint {
   Vector3d p_world;
   // Of p_world, m^2: how well its keyframes see where it is.
   Matrix3d covariance = Matrix3d::Zero();
+  // What was assumed of its depth before it was measured.
+  Vector3d assumed_p_world = Vector3d::Zero();
+  Matrix3d assumed_information = Matrix3d::Zero();
   std::vector<Observation> observations;  // the first is the host: its patch is the reference
   int agreed = 0;                         // frames in which it agreed with the pose
   int failed = 0;                         // frames in a row in which it did not
@@ -50,8 +54,12 @@ struct TrackedFrame {
   int64_t timestamp_ns = 0;
   std::shared_ptr<const ImagePyramid> pyramid;
   double noise = 0;  // grey levels
+  // Pyramid levels that the motion during the exposure may have blurred: fast motion, at least.
+  int blurred_levels = 0;
+  bool isFast() const { return blurred_levels >= 3; }  // little of the map is found for this alone
   SE3 T_world_camera;
   std::vector<Feature> features;
+  HiddenRegions hidden;  // nothing new is looked for there
 };
 
 // What was measured of an object in a keyframe.
@@ -84,7 +92,8 @@ class Map {
   std::vector<std::unique_ptr<MapPoint>> points;
   std::vector<MapObject> objects;
 
-  // Its features become observations, but for those of points that are not settled.
+  // Its features become observations; points that are seen twice thereby are adjusted from now on,
+  // and count as settled.
   Keyframe& addKeyframe(const TrackedFrame& frame);
   // A point seen by its host; a feature of the host from now on.
   MapPoint& addPoint(Keyframe& host, const Vector3d& p_world, const Measured& seen);
@@ -105,6 +114,10 @@ class Map {
 void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed);
 
 int settledFeatures(const TrackedFrame& frame);
+
+// Whether a point is known to a few percent of its distance; how many of the features are such.
+bool isCertain(const MapPoint& point, const TrackedFrame& frame);
+int certainFeatures(const TrackedFrame& frame);
 
 // Depths of a frame's features; the default when it has fewer than five.
 DepthRange depthRange(const TrackedFrame& frame);

@@ -11,24 +11,25 @@ void Mapping::begin(bool metric) {
   depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe), map_);
 }
 
-// Much of the map in view is not seen: something is before it. If that stays, it is the world that
-// has changed, or its light.
-bool Mapping::isCovered(int64_t now_ns, double health) {
-  if (health >= options_.mapping_min_health) {
+// What stands before the map may move with the camera. If it stays, it is the world that has
+// changed, or its light; and in fast motion blur hides as much.
+bool Mapping::isCovered(const TrackedFrame& frame) {
+  if (!frame.hidden.any() || frame.isFast()) {
     covered_since_ns_.reset();
     return false;
   }
-  if (!covered_since_ns_) covered_since_ns_ = now_ns;
-  return 1e-9 * static_cast<double>(now_ns - *covered_since_ns_) <= options_.covered_time_s;
+  if (!covered_since_ns_) covered_since_ns_ = frame.timestamp_ns;
+  return 1e-9 * static_cast<double>(frame.timestamp_ns - *covered_since_ns_) <=
+         options_.covered_time_s;
 }
 
-MapUpdate Mapping::update(TrackedFrame& frame, double health,
+MapUpdate Mapping::update(TrackedFrame& frame, double acceleration,
                           std::span<const ObjectMeasurement> objects) {
-  if (isCovered(frame.timestamp_ns, health)) return {};
+  if (!isCovered(frame)) frame.hidden = {};
   depth_filter_.update(camera_, frame);
   if (!needsKeyframe(map_, frame, options_)) return {};
   makeRoom(frame);
-  return addKeyframe(frame, objects);
+  return addKeyframe(frame, acceleration, objects);
 }
 
 void Mapping::makeRoom(TrackedFrame& frame) {
@@ -40,7 +41,8 @@ void Mapping::makeRoom(TrackedFrame& frame) {
   forgetBadPoints(frame);
 }
 
-MapUpdate Mapping::addKeyframe(TrackedFrame& frame, std::span<const ObjectMeasurement> objects) {
+MapUpdate Mapping::addKeyframe(TrackedFrame& frame, double acceleration,
+                               std::span<const ObjectMeasurement> objects) {
   MapUpdate update;
   update.adjusted = true;
   Keyframe& keyframe = map_.addKeyframe(frame);
@@ -52,7 +54,8 @@ MapUpdate Mapping::addKeyframe(TrackedFrame& frame, std::span<const ObjectMeasur
                          ? static_cast<int>(map_.keyframes.size())
                          : options_.bundle_window;
   if (options_.bundle_window > 0)
-    adjustBundle(camera_, map_, {window, options_.bundle_iterations, scale_.begun()}, options_);
+    adjustBundle(camera_, map_, {window, options_.bundle_iterations, scale_.begun(), acceleration},
+                 options_);
   depth_filter_.placePoints();
   scale_.assess(map_);
   frame.T_world_camera = keyframe.T_world_camera;

@@ -30,14 +30,16 @@ class Mapping {
 
   // The frame is the newest one with a good pose, and of this health. Its pose is changed with the
   // map, and features of points that are no more are taken from it.
-  MapUpdate update(TrackedFrame& frame, double health, std::span<const ObjectMeasurement> objects);
+  MapUpdate update(TrackedFrame& frame, double acceleration,
+                   std::span<const ObjectMeasurement> objects);
 
   bool wantsObjects(int64_t now_ns) const { return scale_.wantsObjects(now_ns); }
 
  private:
-  bool isCovered(int64_t now_ns, double health);
+  bool isCovered(const TrackedFrame& frame);
   void makeRoom(TrackedFrame& frame);
-  MapUpdate addKeyframe(TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
+  MapUpdate addKeyframe(TrackedFrame& frame, double acceleration,
+                        std::span<const ObjectMeasurement> objects);
   double learnScale(const TrackedFrame& frame);
   void forgetBadPoints(TrackedFrame& frame);
 

@@ -20,6 +20,7 @@
 
 #include "vo/initialisation.h"
 #include "vo/mapping.h"
+#include "vo/motion_model.h"
 #include "vo/object_scale.h"
 #include "vo/relocalisation.h"
 #include "vo/reprojection.h"
@@ -30,6 +31,23 @@
 namespace diorama {
 
 using namespace vo;
+
+namespace {
+
+// Shutters are open for up to a half of the time between frames; a quarter of the motion is usual.
+constexpr double kSharpMotionPx = 8;
+
+int blurredLevels(const Camera& camera, const TrackedFrame& last, const TrackedFrame& now) {
+  const double focal = 0.5 * (camera.fx() + camera.fy());
+  const SE3 T = last.T_world_camera.inverse() * now.T_world_camera;
+  const double median = depthRange(last).median_m;
+  const double px = focal * (Eigen::AngleAxisd(T.rotation).angle() + T.translation.norm() / median);
+  int levels = 0;
+  for (double motion = px; motion > kSharpMotionPx && levels < 4; motion /= 2) ++levels;
+  return levels;
+}
+
+}  // namespace
 
 class VisualOdometry::Implementation {
  public:
@@ -77,8 +95,10 @@ class VisualOdometry::Implementation {
   TrackedFrame now_;         // the frame just tracked; when lost, its image alone counts
   TrackedFrame last_;        // the last frame with a good pose
   TrackedFrame seen_again_;  // when lost: a frame that objects have placed in the map
+  SE3 T_world_now_;          // of the newest frame; when lost, where it is taken to be
   SE3 T_world_reported_;     // its pose as it was reported, before the map was corrected
-  SE3 velocity_;             // T_last_now of the last two good frames
+  MotionModel motion_;
+  SE3 velocity_;                            // T_last_now of the last two good frames
   Vector6d correction_ = Vector6d::Zero();  // of the reported pose since, right tangent
   double health_ = 1;                       // of the last good frame
   int64_t previous_ns_ = 0;
@@ -129,9 +149,11 @@ Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame, const SE3
       alignSparsely(camera_, last_, *frame.pyramid, T_last_now.inverse(), options_);
   frame.T_world_camera =
       last_.T_world_camera * (aligned ? aligned->T_current_reference.inverse() : T_last_now);
+  frame.blurred_levels = blurredLevels(camera_, last_, frame);
   const ReprojectionResult reprojected = reprojectMap(camera_, map(), frame, options_);
-  const PoseRefinement refined = refinePose(camera_, frame, options_);
-  return quality_.assess(reprojected, refined);
+  const PoseRefinement refined =
+      refinePose(camera_, frame, options_, motion_.predict(frame.timestamp_ns));
+  return quality_.assess(frame, reprojected, refined);
 }
 
 // The pose in the map from a coarse one; what was found first leads to more.
@@ -155,11 +177,15 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   m.covariance += correction * correction.transpose();
   m.health = health_ = assessment.health;
   judgePoints(frame, assessment.failed);
+  frame.hidden = HiddenRegions(camera_, frame, assessment.failed);
   if (recovered) note("relocalised", lost_frames_, "found again in the map");
 
   velocity_ = recovered ? SE3{} : last_.T_world_camera.inverse() * frame.T_world_camera;
+  if (recovered) motion_.forgetMotion();
+  motion_.add(frame.timestamp_ns, frame.T_world_camera,
+              certainFeatures(frame) >= options_.unsettled_below);
   correction_.setZero();
-  T_world_reported_ = frame.T_world_camera;
+  T_world_reported_ = T_world_now_ = frame.T_world_camera;
   previous_ns_ = frame.timestamp_ns;
   last_ = std::move(frame);
   seen_again_ = {};
@@ -168,14 +194,17 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   return m;
 }
 
-// The last good pose is held, and motion is measured from there when the camera is found again.
+// The camera is taken to go on as it did, and motion is measured from the last good pose when it is
+// found again.
 OdometryMeasurement VisualOdometry::Implementation::lose(const TrackedFrame& frame,
                                                          const std::string& reason) {
   if (state_ == State::kTracking) note("lost", 0, reason);
   state_ = State::kLost;
   ++lost_frames_;
-  OdometryMeasurement m{source_, previous_ns_, frame.timestamp_ns, SE3{}};
+  OdometryMeasurement m{source_, previous_ns_, frame.timestamp_ns,
+                        motion_.coast(previous_ns_, frame.timestamp_ns)};
   previous_ns_ = frame.timestamp_ns;
+  T_world_now_ = T_world_now_ * m.T_from_to;
   return m;  // health 0
 }
 
@@ -187,10 +216,15 @@ void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> o
   if (!now_.pyramid) return;
   if (state_ == State::kStarting) return start(objects);
   if (state_ == State::kLost) return findByObjects(objects);
-  const MapUpdate changed = mapping_.update(last_, health_, objects);
-  if (changed.adjusted) correction_ = log(T_world_reported_.inverse() * last_.T_world_camera);
+  const MapUpdate changed = mapping_.update(last_, motion_.strength().value_or(0), objects);
+  if (changed.adjusted) {
+    T_world_now_ = last_.T_world_camera;
+    correction_ = log(T_world_reported_.inverse() * last_.T_world_camera);
+    motion_.moveTo(last_.T_world_camera);
+  }
   if (changed.stretched_by.empty()) return;
   velocity_.translation *= changed.stretched;
+  motion_.stretch(changed.stretched);
   note("reinitialised", changed.stretched, "scale known now, from " + changed.stretched_by);
 }
 
@@ -205,7 +239,7 @@ void VisualOdometry::Implementation::findByObjects(std::span<const ObjectMeasure
 
 std::optional<SE3> VisualOdometry::Implementation::locate(const std::string& object) const {
   for (const MapObject& known : map().objects)
-    if (known.name == object) return last_.T_world_camera.inverse() * known.T_world_object;
+    if (known.name == object) return T_world_now_.inverse() * known.T_world_object;
   return std::nullopt;
 }
 
@@ -229,6 +263,7 @@ void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> ob
   initialisation_.clear();
   const Keyframe& keyframe = *map().keyframes.back();
   last_ = keyframe;
+  T_world_now_ = keyframe.T_world_camera;
   T_world_reported_ = keyframe.T_world_camera;
   previous_ns_ = keyframe.timestamp_ns;
 }

@@ -25,23 +25,25 @@ double weightOf(double error, double scale, bool huber) {
 // Of a feature: the inverse square root of what is not known about its pixel and its point. Seen
 // from the start of the refinement, which moves too little to change it.
 Matrix2d whitenerOf(const Camera& camera, const Feature& feature, const SE3& T_camera_world,
-                    const Matrix3d& R) {
+                    const Matrix3d& R, double alike) {
   const auto projected =
       camera.projectWithJacobian(R * feature.point->p_world + T_camera_world.translation);
   if (!projected) return Matrix2d::Identity();
   const Matrix23d J_point = projected->J * R;
   const Eigen::LLT<Matrix2d> L(feature.covariance_px2 +
-                               J_point * feature.point->covariance * J_point.transpose());
+                               alike * J_point * feature.point->covariance * J_point.transpose());
   return L.matrixL().solve(Matrix2d::Identity());
 }
 
 std::vector<Matrix2d> whitenersOf(const Camera& camera, const TrackedFrame& frame) {
   const SE3 T_camera_world = frame.T_world_camera.inverse();
   const Matrix3d R = T_camera_world.rotationMatrix();
+  const double uncertain = static_cast<double>(frame.features.size()) - certainFeatures(frame);
   std::vector<Matrix2d> whiteners;
   whiteners.reserve(frame.features.size());
   for (const Feature& feature : frame.features)
-    whiteners.push_back(whitenerOf(camera, feature, T_camera_world, R));
+    whiteners.push_back(whitenerOf(camera, feature, T_camera_world, R,
+                                   isCertain(*feature.point, frame) ? 1 : uncertain));
   return whiteners;
 }
 
@@ -87,6 +89,15 @@ Linearised linearise(const Camera& camera, const TrackedFrame& frame,
   return sum;
 }
 
+// Errors of the features are `scale` times what they should be; the prior's is what it is.
+void addPrior(const PositionPrior& prior, double scale, const SE3& T_world_camera,
+              Linearised& sum) {
+  const double information = scale * scale / prior.variance;
+  sum.H.topLeftCorner<3, 3>().diagonal().array() += information;
+  sum.g.head<3>() += information * (T_world_camera.rotation.conjugate() *
+                                    (prior.mean - T_world_camera.translation));
+}
+
 double scaleOf(std::vector<double> errors) {
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
   std::nth_element(errors.begin(), middle, errors.end());
@@ -113,18 +124,21 @@ void dropOutliers(const Camera& camera, TrackedFrame& frame, const std::vector<M
     return false;
   });
   result.agreed = static_cast<int>(frame.features.size());
+  result.agreed_settled = settledFeatures(frame);
   result.rms_px = std::sqrt(squares / std::max(1, result.agreed));
 }
 
 }  // namespace
 
-PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOptions& options) {
+PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOptions& options,
+                          const std::optional<PositionPrior>& prior) {
   double scale = 1;
   PoseRefinement result;
   const std::vector<Matrix2d> whiteners = whitenersOf(camera, frame);
   for (int i = 0; i < options.refine_iterations; ++i) {
-    const Linearised sum = linearise(camera, frame, whiteners, scale, i < kHuberSteps);
+    Linearised sum = linearise(camera, frame, whiteners, scale, i < kHuberSteps);
     if (sum.errors.size() < kFewest) return result;
+    if (prior) addPrior(*prior, scale, frame.T_world_camera, sum);
     if (i <= kHuberSteps) scale = scaleOf(sum.errors);
     const Vector6d step = sum.H.ldlt().solve(sum.g);
     if (!step.allFinite()) return result;

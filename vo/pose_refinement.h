@@ -2,6 +2,7 @@
 #pragma once
 
 #include "vo/map.h"
+#include "vo/motion_model.h"
 #include "vo/vo_options.h"
 
 namespace diorama::vo {
@@ -9,13 +10,15 @@ namespace diorama::vo {
 struct PoseRefinement {
   bool converged = false;               // there was a pose to find
   int agreed = 0;                       // features left in the frame
+  int agreed_settled = 0;               // ... of points that are settled
   std::vector<MapPoint*> disagreed;     // points of the features that were dropped
   double rms_px = 0;                    // of their errors, at their level
   Matrix6d hessian = Matrix6d::Zero();  // of whitened errors, right tangent
 };
 
 // Changes frame.T_world_camera and drops the features that do not agree with it.
-PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOptions& options);
+PoseRefinement refinePose(const Camera& camera, TrackedFrame& frame, const VoOptions& options,
+                          const std::optional<PositionPrior>& prior = {});
 
 // Jacobian of a point's pixel by the right perturbation of T_world_camera: J_projection [-I |
 // [p]x].

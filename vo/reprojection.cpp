@@ -63,15 +63,13 @@ std::vector<size_t> spreadOrder(size_t cells) {
   return order;
 }
 
-std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
-                            const Candidate& candidate, const VoOptions& options) {
-  const Observation* reference =
-      chooseReference(*candidate.point, frame.T_world_camera.translation, options);
-  if (!reference) return std::nullopt;
-  const SE3 T_reference_world = reference->keyframe->T_world_camera.inverse();
-  const auto patch = warpPatch(camera, *reference->keyframe->pyramid, reference->u_px,
-                               reference->level, T_reference_world * candidate.point->p_world,
-                               frame.T_world_camera.inverse() * reference->keyframe->T_world_camera,
+std::optional<Feature> findAt(const Camera& camera, const TrackedFrame& frame,
+                              const Candidate& candidate, const Observation& reference, int level,
+                              const VoOptions& options) {
+  const SE3 T_reference_world = reference.keyframe->T_world_camera.inverse();
+  const auto patch = warpPatch(camera, *reference.keyframe->pyramid, reference.u_px, level,
+                               T_reference_world * candidate.point->p_world,
+                               frame.T_world_camera.inverse() * reference.keyframe->T_world_camera,
                                frame.pyramid->levels());
   if (!patch) return std::nullopt;
   const auto found = alignFeature(frame.pyramid->level(patch->level), *patch,
@@ -81,23 +79,34 @@ std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
   return Feature{measuredBy(*found, patch->level, options), candidate.point};
 }
 
-// In cells that are free yet. How many were found; that others were not says little, since they are
-// searched for at a depth that may be wrong.
-int addUnsettled(const Camera& camera, const Map& map, const CellGrid& grid, TrackedFrame& frame,
-                 const VoOptions& options) {
+// At the level where it was seen, or, if motion has blurred one of the two images, a coarser one.
+std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
+                            const Candidate& candidate, const VoOptions& options) {
+  const Observation* reference =
+      chooseReference(*candidate.point, frame.T_world_camera.translation, options);
+  if (!reference) return std::nullopt;
+  const int coarsest = std::min(
+      frame.pyramid->levels() - 1,
+      reference->level + std::max(frame.blurred_levels, reference->keyframe->blurred_levels));
+  for (int level = reference->level; level <= std::max(coarsest, reference->level); ++level)
+    if (const auto found = findAt(camera, frame, candidate, *reference, level, options))
+      return found;
+  return std::nullopt;
+}
+
+// In cells that are free yet. That others are not found says little, since they are searched for at
+// a depth that may be wrong.
+void addUnsettled(const Camera& camera, const Map& map, const CellGrid& grid, TrackedFrame& frame,
+                  const VoOptions& options) {
   std::vector<uint8_t> occupied(grid.size(), 0);
   for (const Feature& feature : frame.features) occupied[grid.cellOf(feature.u_px)] = 1;
   const auto cells = fillCells(camera, map, frame.T_world_camera, grid, false);
-  int found = 0;
   for (const size_t cell : spreadOrder(cells.size())) {
     if (static_cast<int>(frame.features.size()) >= options.unsettled_below) break;
     if (occupied[cell] || cells[cell].count == 0) continue;
-    if (auto feature = find(camera, frame, cells[cell].best.front(), options)) {
+    if (auto feature = find(camera, frame, cells[cell].best.front(), options))
       frame.features.push_back(*feature);
-      ++found;
-    }
   }
-  return found;
 }
 
 }  // namespace
@@ -151,7 +160,7 @@ ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFra
     }
   }
   if (static_cast<int>(frame.features.size()) < options.unsettled_below)
-    result.tried += addUnsettled(camera, map, grid, frame, options);
+    addUnsettled(camera, map, grid, frame, options);
   result.matched = static_cast<int>(frame.features.size());
   return result;
 }

@@ -10,7 +10,7 @@
 namespace diorama::vo {
 
 struct ReprojectionResult {
-  int tried = 0;                  // cells in which at least one point was searched for
+  int tried = 0;                  // cells in which at least one settled point was searched for
   int matched = 0;                // = frame.features.size()
   std::vector<MapPoint*> missed;  // searched for, but not found
 };

@@ -10,6 +10,10 @@ namespace {
 
 constexpr double kFullShare =
     0.6;  // of the cells searched have a feature that agrees: as good as it gets
+constexpr int kFewestTried = 20;  // cells: with less of the map in view, it says little
+constexpr int kEnoughTried = 40;
+constexpr double kLostShare =
+    0.1;  // of that many: with fewer it is something before the lens that agrees
 constexpr double kMemory = 0.1;  // weight of a new frame in the running mean
 // Of the features found: from a wrong pose few are found, and few of these agree with any pose.
 constexpr double kConvincingShare = 0.6;
@@ -19,7 +23,8 @@ constexpr double kSmallestSigma = 1;
 constexpr double kUnknownSigma = 1;  // m, rad: of directions that nothing holds
 
 double healthOf(const ReprojectionResult& reprojected, const PoseRefinement& refined) {
-  return std::min(1.0, refined.agreed / (kFullShare * std::max(1, reprojected.tried)));
+  return std::min(
+      1.0, refined.agreed_settled / (kFullShare * std::max(kFewestTried, reprojected.tried)));
 }
 
 bool isConvincing(const ReprojectionResult& reprojected, const PoseRefinement& refined) {
@@ -36,7 +41,7 @@ Assessment good(const ReprojectionResult& reprojected, const PoseRefinement& ref
 
 }  // namespace
 
-Assessment TrackingQuality::assess(const ReprojectionResult& reprojected,
+Assessment TrackingQuality::assess(const TrackedFrame& frame, const ReprojectionResult& reprojected,
                                    const PoseRefinement& refined) {
   const std::string agreed = std::to_string(refined.agreed);
   if (!refined.converged || refined.agreed < options_.min_features)
@@ -44,7 +49,11 @@ Assessment TrackingQuality::assess(const ReprojectionResult& reprojected,
   if (refined.agreed < options_.lost_agreement * reprojected.matched)
     return bad("only " + agreed + " of " + std::to_string(reprojected.matched) +
                " features found agree");
-  if (refined.agreed < options_.lost_drop * usual_agreed_ && !isConvincing(reprojected, refined))
+  if (reprojected.tried >= kEnoughTried && refined.agreed_settled < kLostShare * reprojected.tried)
+    return bad("only " + std::to_string(refined.agreed_settled) + " of " +
+               std::to_string(reprojected.tried) + " known points agree");
+  if (!frame.isFast() && refined.agreed < options_.lost_drop * usual_agreed_ &&
+      !isConvincing(reprojected, refined))
     return bad("features dropped suddenly to " + agreed);
   usual_agreed_ = usual_agreed_ == 0 ? refined.agreed
                                      : usual_agreed_ + kMemory * (refined.agreed - usual_agreed_);

@@ -22,7 +22,8 @@ class TrackingQuality {
   explicit TrackingQuality(const VoOptions& options) : options_(options) {}
 
   // A frame that follows a good one.
-  Assessment assess(const ReprojectionResult& reprojected, const PoseRefinement& refined);
+  Assessment assess(const TrackedFrame& frame, const ReprojectionResult& reprojected,
+                    const PoseRefinement& refined);
   // A pose tried after a loss: it must explain more, since many are tried.
   Assessment assessRecovery(const ReprojectionResult& reprojected, const PoseRefinement& refined);
 

@@ -59,9 +59,8 @@ struct VoOptions {
   double keyframe_min_share = 0.7;  // of the features of the last keyframe; fewer: a new one
   int max_keyframes = 100;          // (paper) then the farthest goes
 
-  // Something before the lens: while the health is below this, nothing new enters the map, lest
-  // what moves with the camera be taken for the world; but for no longer than this.
-  double mapping_min_health = 0.45;
+  // Where something stands before the map nothing new enters it, lest what moves with the camera be
+  // taken for the world; but for no longer than this.
   double covered_time_s = 5;
 
   // Depth filter.
@@ -121,7 +120,6 @@ struct VoOptions {
     v("keyframe_distance_m", keyframe_distance_m, kNotNegative);
     v("keyframe_min_share", keyframe_min_share, kFraction);
     v("max_keyframes", max_keyframes, Range{4, 100000});
-    v("mapping_min_health", mapping_min_health, kFraction);
     v("covered_time_s", covered_time_s, kNotNegative);
     v("max_seeds", max_seeds, Range{0, 100000});
     v("max_seed_searches", max_seed_searches, Range{1, 100000});

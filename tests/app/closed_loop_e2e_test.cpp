@@ -42,11 +42,11 @@ std::string estimates(const fs::path& run_folder) {
 
 TEST(ClosedLoop, FusedOnOrangeJuice) {
   const test::TemporaryFolder folder;
-  const ProgramResult result =
-      runDiorama({"run", kScene, "-o", (folder / "run").string(), "--frames", "0:120", "--expect",
-                  "success_5cm_5deg>=0.99", "--expect", "mean_error_m<=0.004", "--expect",
-                  "ate_mean_m<=0.010", "--expect", "false_claim_ratio==0"},
-                 folder);
+  const ProgramResult result = runDiorama(
+      {"run", kScene, "-o", (folder / "run").string(), "--odometry", "simulated", "--frames",
+       "0:120", "--expect", "success_5cm_5deg>=0.99", "--expect", "mean_error_m<=0.004", "--expect",
+       "ate_mean_m<=0.010", "--expect", "false_claim_ratio==0"},
+      folder);
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_NE(result.out.find("orange_juice"), std::string::npos);
   EXPECT_GT(fs::file_size(folder / "run/overlay.mp4"), 10000u);

@@ -182,6 +182,33 @@ TEST(Mapper, ALongGapLeavesThePlaceOpenByItsLength) {
   }
 }
 
+TEST(Mapper, OdometryAcrossAGapClosesIt) {
+  const SyntheticGraph graph = makeGraph({.poses = 120, .noise = false}, 5);
+  const auto at_ns = [&](size_t k) { return graph.truth.poses[k].timestamp_ns; };
+  const auto truth = [&](size_t k) { return graph.truth.poses[k].pose; };
+  Mapper mapper;
+  for (size_t k = 0; k < 60; ++k) feed(mapper, graph, k);
+  for (size_t k = 60; k < 90; ++k) ASSERT_TRUE(mapper.addGap(at_ns(k)));
+  OdometryMeasurement across{"odometry",
+                             at_ns(59),
+                             at_ns(90),
+                             truth(59).inverse() * truth(90),
+                             diagonalCovariance(1e-3, 1e-3),
+                             1};
+  OdometryMeasurement stray = across;
+  stray.from_ns = at_ns(58);
+  EXPECT_FALSE(mapper.addOdometry(stray));
+  ASSERT_TRUE(mapper.addOdometry(across));
+  EXPECT_THAT(mapper.update().T_world_camera, PoseNear(graph.camera(90), 1e-5, 1e-5));
+  const Matrix6d P = mapper.predict("object0").value().covariance;
+  EXPECT_LT(std::sqrt(P.topLeftCorner<3, 3>().trace() / 3), 0.01);
+  across.from_ns = at_ns(59);
+  across.to_ns = at_ns(91);
+  EXPECT_FALSE(mapper.addOdometry(across));  // the gap is closed
+  EXPECT_THAT(mapper.finish().T_world_camera, PoseNear(graph.camera(90), 1e-5, 1e-5));
+  EXPECT_EQ(mapper.estimate().objects.size(), graph.objects.size());
+}
+
 TEST(Mapper, IsRepeatableToTheLastDigit) {
   const SyntheticGraph graph = makeGraph({.poses = 150, .objects = 2, .visible = 0.5}, 12);
   std::string texts[2];

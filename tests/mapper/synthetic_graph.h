@@ -52,6 +52,17 @@ inline SE3 orbitPose(double seconds) {
   return {Eigen::Quaterniond(R), position};
 }
 
+// Measurements as rough as those of trackers and odometry.
+inline SyntheticOptions coarse() {
+  return {.poses = 600,
+          .objects = 5,
+          .visible = 0.6,
+          .odometry_sigma_m = 4e-3,
+          .odometry_sigma_rad = 2e-3,
+          .object_sigma_m = 8e-3,
+          .object_sigma_rad = 2e-2};
+}
+
 inline SyntheticGraph makeGraph(const SyntheticOptions& options, uint64_t seed) {
   Numbers numbers(seed);
   SyntheticGraph graph;

@@ -1,0 +1,70 @@
+// Where something stands before the map.
+#include "vo/hidden_regions.h"
+
+#include <gtest/gtest.h>
+
+#include "vo/map.h"
+
+namespace diorama::vo {
+namespace {
+
+const Camera& camera() {
+  static const Camera camera(
+      CameraParameters{CameraModel::kPinhole, 640, 480, 500, 500, 320, 240, {}});
+  return camera;
+}
+
+// Points every 20 px on a wall 2 m away; those for which `seen` holds are the frame's features.
+struct View {
+  explicit View(const std::function<bool(const Vector2d&)>& seen, int step = 20) {
+    for (int y = step / 2; y < 480; y += step)
+      for (int x = step / 2; x < 640; x += step) {
+        const Vector2d u(x, y);
+        points.push_back(std::make_unique<MapPoint>());
+        points.back()->p_world = 2 * camera().unproject(u).value();
+        if (seen(u))
+          frame.features.push_back({{u}, points.back().get()});
+        else
+          failed.push_back(points.back().get());
+      }
+    hidden = HiddenRegions(camera(), frame, failed);
+  }
+  std::vector<std::unique_ptr<MapPoint>> points;
+  TrackedFrame frame;
+  std::vector<MapPoint*> failed;
+  HiddenRegions hidden;
+};
+
+TEST(HiddenRegions, NothingIsHiddenAtFirstAndWhenAllIsSeen) {
+  EXPECT_FALSE(HiddenRegions().any());
+  EXPECT_FALSE(HiddenRegions().contains({3, 4}));
+  EXPECT_FALSE(View([](const Vector2d&) { return true; }).hidden.any());
+}
+
+TEST(HiddenRegions, AreWhatABoardCovers) {
+  const View view([](const Vector2d& u) { return u.x() < 320; });
+  EXPECT_FALSE(view.hidden.contains({100, 240}));
+  EXPECT_FALSE(view.hidden.contains({300, 20}));
+  EXPECT_TRUE(view.hidden.contains({340, 240}));
+  EXPECT_TRUE(view.hidden.contains({639, 479}));
+}
+
+TEST(HiddenRegions, FailuresHereAndThereHideNothing) {
+  int count = 0;
+  const View view([&](const Vector2d&) { return ++count % 2 == 0; });
+  EXPECT_FALSE(view.hidden.any());
+}
+
+TEST(HiddenRegions, WhereNothingIsKnownItIsAsAround) {
+  View view([](const Vector2d& u) { return u.x() < 320; });
+  const auto drop = [](const Vector2d& u) {
+    return u.x() > 480 && u.x() < 560 && u.y() > 160 && u.y() < 240;
+  };
+  std::erase_if(view.failed,
+                [&](const MapPoint* p) { return drop(camera().project(p->p_world).value()); });
+  EXPECT_TRUE(HiddenRegions(camera(), view.frame, view.failed).contains({520, 200}));
+  EXPECT_FALSE(HiddenRegions(camera(), {}, {}).any());
+}
+
+}  // namespace
+}  // namespace diorama::vo
