@@ -131,12 +131,13 @@ std::string headline(const std::vector<ReproducedSequence>& sequences) {
       paper[m] += kPaper[s].error_m[m] / static_cast<double>(sequences.size());
     }
   const auto gain = [](const std::array<double, 3>& error) {
-    return formatFixed(100 * (1 - error[2] / error[1]), 1) + "%";
+    const double less = 100 * (1 - error[2] / error[1]);
+    return formatFixed(std::abs(less), 1) + (less < 0 ? "% more than " : "% less than ");
   };
   return "Fused, the objects' mean error is " + formatFixed(1e3 * ours[2], 2) + " mm, " +
-         gain(ours) + " less than the tracker's alone (" + formatFixed(1e3 * ours[1], 2) +
+         gain(ours) + "the tracker's alone (" + formatFixed(1e3 * ours[1], 2) +
          " mm); in the paper " + formatFixed(1e3 * paper[2], 0) + " mm, " + gain(paper) +
-         " less than " + formatFixed(1e3 * paper[1], 0) + " mm.";
+         formatFixed(1e3 * paper[1], 0) + " mm.";
 }
 
 std::vector<ErrorPanel> errorPanels(const std::vector<ReproducedSequence>& sequences) {
