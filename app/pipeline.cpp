@@ -52,12 +52,18 @@ SE3 Pipeline::poseAt(int64_t timestamp_ns) const {
   return T_world_camera_;
 }
 
+// What an odometry that measured nothing takes for the motion since the frame before.
+SE3 Pipeline::guessedStep(const FrameResult& result) const {
+  const bool from_last = result.odometry && !camera_.poses.empty() &&
+                         result.odometry->from_ns == camera_.poses.back().timestamp_ns;
+  return from_last ? result.odometry->T_from_to : SE3{};
+}
+
 void Pipeline::moveMap(FrameResult& result) {
   if (!mapper_.started()) return;
   AddResult added{false, "the odometry gave nothing"};
   if (result.odometry) added = mapper_.addOdometry(*result.odometry);
-  if (!added)
-    DIORAMA_CHECK(mapper_.addGap(now_ns_, result.odometry ? result.odometry->T_from_to : SE3{}));
+  if (!added) DIORAMA_CHECK(mapper_.addGap(now_ns_, guessedStep(result)));
   if (!added && !odometry_gap_ && odometry_->started() && odometry_->events().empty())
     result.events.push_back({now_ns_, "odometry", "lost", 0, added.reason});
   odometry_gap_ = !added;

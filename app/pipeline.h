@@ -121,6 +121,7 @@ class Pipeline {
   void moveCamera(const Frame& frame, FrameResult& result);
   void measureObjects(const Frame& frame, FrameResult& result);
   void informOdometry(FrameResult& result);
+  SE3 guessedStep(const FrameResult& result) const;
   void moveMap(FrameResult& result);
   SE3 poseAt(int64_t timestamp_ns) const;
   bool startMap();

@@ -254,21 +254,31 @@ void ChainSmoother::awaken(size_t object) {
   if (drops.empty()) drops_.erase(pose);
 }
 
+// One that was released, or, when there are too many, the one that was not seen for longest.
+std::optional<size_t> ChainSmoother::nextToDrop() const {
+  const ObjectSlots& slots = root_.slots();
+  const auto released = std::find_if(slots.begin(), slots.end(),
+                                     [&](size_t object) { return objects_[object].released; });
+  if (released != slots.end()) return *released;
+  if (slots.size() <= static_cast<size_t>(options_.active_objects)) return std::nullopt;
+  const size_t longest = *std::min_element(slots.begin(), slots.end(), [&](size_t a, size_t b) {
+    return objects_[a].last_seen < objects_[b].last_seen;
+  });
+  const size_t unseen = newest() - objects_[longest].last_seen;
+  if (unseen < static_cast<size_t>(options_.dormant_after_poses)) return std::nullopt;
+  return longest;
+}
+
 void ChainSmoother::dropDormant() {
   bool dropped = false;
-  while (root_.slots().size() > static_cast<size_t>(options_.active_objects)) {
-    const ObjectSlots& slots = root_.slots();
-    const size_t longest = *std::min_element(slots.begin(), slots.end(), [&](size_t a, size_t b) {
-      return objects_[a].last_seen < objects_[b].last_seen;
-    });
-    ObjectState& state = objects_[longest];
-    if (newest() - state.last_seen < static_cast<size_t>(options_.dormant_after_poses)) break;
+  while (const std::optional<size_t> object = nextToDrop()) {
+    ObjectState& state = objects_[*object];
     if (!dropped) solveRoot();
-    state.dormant_P = covarianceWith(longest).object;
+    state.dormant_P = covarianceWith(*object).object;
     state.dropped_at = newest();
     auto [drops, first] = drops_.try_emplace(newest());
     if (first) drops->second.before = saved_[newest() % saved_.size()].root;
-    drops->second.drops.push_back({longest, root_.eliminate(longest)});
+    drops->second.drops.push_back({*object, root_.eliminate(*object)});
     dropped = true;
     belief_ = JointBelief(root_.solve(), newest() == 0);
   }

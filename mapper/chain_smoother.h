@@ -70,6 +70,9 @@ class ChainSmoother {
   // Any pose: an old one costs a replay from there on, one older than the window of everything.
   void addObservation(size_t pose, const ObjectFactor& factor);
 
+  // Nothing more will be seen of it: update() eliminates it, however few objects there are.
+  void release(size_t object) { objects_[object].released = true; }
+
   // Squared innovation of an observation that has not been added, given all that was added for
   // poses up to its own; nothing when the object is not in the graph there or the pose is older
   // than the window.
@@ -109,8 +112,9 @@ class ChainSmoother {
 
  private:
   struct ObjectState {
-    Vector6d delta = Vector6d::Zero();      // from the chart in graph_
-    size_t last_seen = 0;                   // pose
+    Vector6d delta = Vector6d::Zero();  // from the chart in graph_
+    size_t last_seen = 0;               // pose
+    bool released = false;
     std::optional<size_t> dropped_at = {};  // pose after which it was eliminated
     Matrix6d dormant_P = Matrix6d::Identity();
   };
@@ -139,6 +143,7 @@ class ChainSmoother {
   void takeOver();
   void awaken(size_t object);
   void dropDormant();
+  std::optional<size_t> nextToDrop() const;
   void backSubstitute(size_t oldest);
   Vector6d solveClique(const Clique& clique, const Vector6d& camera) const;
   void setPoseDelta(size_t pose, const Vector6d& delta);

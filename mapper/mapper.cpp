@@ -62,6 +62,7 @@ class Mapper::Impl {
       closeGap(measurement.to_ns, *result.factor);
     else
       smoother_.addPose(measurement.to_ns, *result.factor);
+    if (gap_) smoother_.release(gap_->anchor);
     gap_.reset();
     return {true};
   }
@@ -69,9 +70,8 @@ class Mapper::Impl {
   AddResult addGap(int64_t timestamp_ns, const SE3& T_from_to) {
     if (!started()) return {false, "the map has not been started"};
     if (timestamp_ns <= newest_ns()) return {false, "time does not increase"};
-    if (!isUnitPose(T_from_to)) return {false, "the pose is not finite, or no rotation"};
     if (!gap_) openGap();
-    addGapPose(timestamp_ns, T_from_to);
+    addGapPose(timestamp_ns, isUnitPose(T_from_to) ? T_from_to : SE3{});
     return {true};
   }
 
@@ -158,10 +158,11 @@ class Mapper::Impl {
     smoother_.addPose(timestamp_ns, step);
   }
 
-  // Z = T_from_to seen as T_to_from: Log(Z^-1 T_from_to) = -Ad(Z^-1) Log(Z T_to_from) to first
-  // order.
+  // The newer pose, put where it was measured, sees the older one:
+  //   Log(Z T_to_from) = -Ad(Z) Log(Z^-1 T_from_to), so that W becomes -W Ad(Z^-1).
   void closeGap(int64_t timestamp_ns, const OdometryFactor& measured) {
-    addGapPose(timestamp_ns, SE3{});
+    addGapPose(timestamp_ns,
+               T_world_camera().inverse() * smoother_.T_world_object(gap_->anchor) * measured.Z);
     const SE3 T_to_from = measured.Z.inverse();
     smoother_.addObservation(newest(), {gap_->anchor, T_to_from, -measured.W * adjoint(T_to_from)});
   }

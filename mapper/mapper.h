@@ -86,9 +86,9 @@ class Mapper {
   // covariance that is not positive definite.
   AddResult addOdometry(const OdometryMeasurement& measurement);
 
-  // Appends a pose for a frame whose motion nobody measured: a guess, by default that the camera
-  // stands still, right within gap_m_s and gap_rad_s. The objects tell where it is, and odometry
-  // that finds its way again.
+  // Appends a pose for a frame whose motion nobody measured: a guess, by default (or when it is no
+  // pose) that the camera stands still, right within gap_m_s and gap_rad_s. The objects tell where
+  // it is, and odometry that finds its way again.
   AddResult addGap(int64_t timestamp_ns, const SE3& T_from_to = {});
 
   // Adds an object's pose, seen from a pose in the window; the first measurement of an object

@@ -18,8 +18,6 @@ namespace {
 
 constexpr size_t kRayChunk = 128;    // points per job
 constexpr int kSmoothingPasses = 2;  // of light that some rays gather
-// Direct light of coarse points that differ by less is taken between them.
-constexpr float kSmooth = 0.02f;
 
 // Neighbours of what is seen must be lit as well.
 bool facesCamera(const LitPoint& point, const ViewCone& view) {

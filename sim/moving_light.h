@@ -60,6 +60,9 @@ class MovingLight {
   LightView of(size_t moving) const;  // in the object's frame
 
  private:
+  // Where coarse points differ by less, as a part of their light, it is taken between them.
+  static constexpr float kSmooth = 0.02f;
+
   struct Change {
     uint32_t point;
     Vector3f light;

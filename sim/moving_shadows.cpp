@@ -19,9 +19,6 @@ constexpr float kLeastShare = 0.01f;
 // What an object keeps from a point it partly gives back by its own light.
 constexpr float kGivenBack = 0.35f;
 
-// Losses around a point that differ by less, as a part of its light, are taken between them.
-constexpr float kSmooth = 0.02f;
-
 }  // namespace
 
 const MovingLight::Loss MovingLight::kUnknown{

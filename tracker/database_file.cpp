@@ -16,7 +16,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr std::string_view kMagic = "diorama-object-database ";
-constexpr std::string_view kVersion = "1";
+// Of the format, and of what training draws: a database of other pictures is another one.
+constexpr std::string_view kVersion = "2";
 constexpr size_t kSumLength = 64;
 constexpr const char* kTrainAgain = "make it again with `diorama train`";
 

@@ -28,6 +28,13 @@ namespace {
 // After a longer gap the old velocity says nothing.
 constexpr double kLongestExtrapolation_s = 0.5;
 
+// By more than chance: health is a share of so many samples.
+bool isHealthier(const Estimate& a, const Estimate& b) {
+  const double h = b.health.value,
+               n = std::max<double>(1, static_cast<double>(b.observations.size()));
+  return a.health.value > h + std::sqrt(std::max(0.0, h * (1 - h)) / n);
+}
+
 }  // namespace
 
 class EdgeTracker::Implementation {
@@ -181,7 +188,7 @@ Estimate EdgeTracker::Implementation::startAt(const SE3& start, uint32_t frame_i
   const std::vector<SE3> found = filter_.anneal(start, judge, frame_index);
   for (size_t k = 0; k < found.size() && k < static_cast<size_t>(options.start_finalists); ++k) {
     Estimate other = refiner_.refine(found[k]);
-    if (other.health.value > best.health.value) best = std::move(other);
+    if (isHealthier(other, best)) best = std::move(other);
   }
   return best;
 }

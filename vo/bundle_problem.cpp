@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vo/motion_model.h"
 #include "vo/object_scale.h"
 #include "vo/pose_refinement.h"
 
@@ -104,19 +105,17 @@ void BundleProblem::chooseObjects() {
     }
 }
 
-// The difference of mean velocities over d1 and d2 has variance q (d1 + d2) / 3.
 void BundleProblem::chooseMotion(double acceleration) {
-  constexpr double kLongest_s = 0.25;
   const auto& all = map_.keyframes;
   for (size_t i = 2; i < all.size(); ++i) {
     if (all[i]->slot < 0 && all[i - 1]->slot < 0 && all[i - 2]->slot < 0) continue;
     const double d1 =
         1e-9 * static_cast<double>(all[i - 1]->timestamp_ns - all[i - 2]->timestamp_ns);
     const double d2 = 1e-9 * static_cast<double>(all[i]->timestamp_ns - all[i - 1]->timestamp_ns);
-    if (d1 > kLongest_s || d2 > kLongest_s) continue;
+    if (d1 > kSameMotion_s || d2 > kSameMotion_s) continue;
     motions_.push_back({{all[i - 2].get(), all[i - 1].get(), all[i].get()},
                         {1 / d1, -1 / d1 - 1 / d2, 1 / d2},
-                        acceleration * (d1 + d2) / 3});
+                        velocityChangeVariance(acceleration, d1, d2)});
   }
 }
 

@@ -55,13 +55,13 @@ class DepthGuess {
   }
 
   // Inverse depth: the middle one of the three nearest features'.
-  double at(const Vector2d& u_px) const {
+  double at(const Vector2d& u_px) {
     if (known_.size() < 3) return otherwise_;
-    std::vector<std::pair<double, double>> nearest;  // squared distance, inverse depth
-    for (const Known& known : known_)
-      nearest.emplace_back((known.u_px - u_px).squaredNorm(), known.inverse_depth);
-    std::partial_sort(nearest.begin(), nearest.begin() + 3, nearest.end());
-    std::array depths{nearest[0].second, nearest[1].second, nearest[2].second};
+    const auto distance2 = [&](const Known& known) { return (known.u_px - u_px).squaredNorm(); };
+    const auto third = known_.begin() + 3;
+    std::partial_sort(known_.begin(), third, known_.end(),
+                      [&](const Known& a, const Known& b) { return distance2(a) < distance2(b); });
+    std::array depths{known_[0].inverse_depth, known_[1].inverse_depth, known_[2].inverse_depth};
     std::sort(depths.begin(), depths.end());
     return depths[1];
   }
@@ -108,7 +108,7 @@ bool updateSeed(Seed& seed, const InverseDepth& measured) {
 
 void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRange& range,
                            Map& map) {
-  const DepthGuess guess(host, 1 / range.median_m);
+  DepthGuess guess(host, 1 / range.median_m);
   const CellGrid grid(camera.width(), camera.height(), options_.cell_px);
   std::vector<uint8_t> occupied(grid.size(), 0);
   for (const Feature& feature : host.features) occupied[grid.cellOf(feature.u_px)] = 1;
@@ -188,8 +188,11 @@ void DepthFilter::update(const Camera& camera, const TrackedFrame& frame) {
   seeds_.resize(kept);
 }
 
-void DepthFilter::placePoints() {
+void DepthFilter::forgetSettledPoints() {
   std::erase_if(seeds_, [](const Seed& seed) { return seed.point->settled; });
+}
+
+void DepthFilter::placePoints() {
   for (const Seed& seed : seeds_) placePoint(seed);
 }
 

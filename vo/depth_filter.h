@@ -32,7 +32,8 @@ class DepthFilter {
   // seeds that are given up are bad.
   void update(const Camera& camera, const TrackedFrame& frame);
 
-  void placePoints();  // where the hosts are now
+  void placePoints();          // where the hosts are now
+  void forgetSettledPoints();  // that keyframes have seen: they are adjusted with the rest
   void removeHost(const Keyframe& host);
   void forgetBadPoints();       // before the map frees them
   void stretch(double factor);  // all depths

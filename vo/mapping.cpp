@@ -45,6 +45,8 @@ MapUpdate Mapping::addKeyframe(TrackedFrame& frame, double acceleration,
                                std::span<const ObjectMeasurement> objects) {
   MapUpdate update;
   update.adjusted = true;
+  if (options_.bundle_window == 0)  // nothing would find their depth but the filter
+    std::erase_if(frame.features, [](const Feature& f) { return !f.point->settled; });
   Keyframe& keyframe = map_.addKeyframe(frame);
   if (wantsObjects(frame.timestamp_ns)) attachObjects(map_, keyframe, objects, options_);
   if (!scale_.begun() && (update.stretched = learnScale(frame)) != 1)
@@ -56,6 +58,7 @@ MapUpdate Mapping::addKeyframe(TrackedFrame& frame, double acceleration,
   if (options_.bundle_window > 0)
     adjustBundle(camera_, map_, {window, options_.bundle_iterations, scale_.begun(), acceleration},
                  options_);
+  depth_filter_.forgetSettledPoints();
   depth_filter_.placePoints();
   scale_.assess(map_);
   frame.T_world_camera = keyframe.T_world_camera;

@@ -8,9 +8,10 @@ namespace {
 
 constexpr size_t kPoses = 6;
 constexpr int kFewestLearnt = 10;
-constexpr int kMemory = 30;             // frames
-constexpr double kSafety = 2;           // what comes may be rougher than what was
-constexpr double kLongestGap_s = 0.25;  // longer ago is another motion
+constexpr int kMemory = 30;    // frames
+constexpr double kSafety = 2;  // what comes may be rougher than what was
+// m^2/s^3: a camera that has been at rest may start to move.
+constexpr double kLeastStrength = 0.01;
 
 double seconds(int64_t from_ns, int64_t to_ns) {
   return 1e-9 * static_cast<double>(to_ns - from_ns);
@@ -18,9 +19,8 @@ double seconds(int64_t from_ns, int64_t to_ns) {
 
 }  // namespace
 
-// The difference of two mean velocities, over d1 and d2, has variance q (d1 + d2) / 3.
 void MotionModel::add(int64_t timestamp_ns, const SE3& T_world_camera, bool certain) {
-  if (!last_.empty() && seconds(last_.back().timestamp_ns, timestamp_ns) > kLongestGap_s)
+  if (!last_.empty() && seconds(last_.back().timestamp_ns, timestamp_ns) > kSameMotion_s)
     forgetMotion();
   last_.push_back({timestamp_ns, T_world_camera, certain});
   if (last_.size() > kPoses) last_.pop_front();
@@ -31,14 +31,14 @@ void MotionModel::add(int64_t timestamp_ns, const SE3& T_world_camera, bool cert
   const double d2 = seconds(b.timestamp_ns, c.timestamp_ns);
   const Vector3d change = (c.T_world_camera.translation - b.T_world_camera.translation) / d2 -
                           (b.T_world_camera.translation - a.T_world_camera.translation) / d1;
-  const double q = change.squaredNorm() / (d1 + d2);  // three axes, a third of each
+  const double q = change.squaredNorm() / (3 * velocityChangeVariance(1, d1, d2));  // three axes
   learnt_ = std::min(learnt_ + 1, kMemory);
   strength_ += (q - strength_) / learnt_;
 }
 
 std::optional<double> MotionModel::strength() const {
   if (learnt_ < kFewestLearnt) return std::nullopt;
-  return kSafety * strength_;
+  return std::max(kLeastStrength, kSafety * strength_);
 }
 
 std::optional<PositionPrior> MotionModel::predict(int64_t timestamp_ns) const {
@@ -46,9 +46,10 @@ std::optional<PositionPrior> MotionModel::predict(int64_t timestamp_ns) const {
   const Pose &a = last_[last_.size() - 2], &b = last_.back();
   const double d1 = seconds(a.timestamp_ns, b.timestamp_ns),
                d2 = seconds(b.timestamp_ns, timestamp_ns);
-  if (!(d2 > 0 && d2 < kLongestGap_s)) return std::nullopt;
+  if (!(d2 > 0 && d2 < kSameMotion_s)) return std::nullopt;
   const Vector3d &from = a.T_world_camera.translation, &to = b.T_world_camera.translation;
-  return PositionPrior{to + d2 / d1 * (to - from), *strength() * d2 * d2 * (d1 + d2) / 3};
+  return PositionPrior{to + d2 / d1 * (to - from),
+                       d2 * d2 * velocityChangeVariance(*strength(), d1, d2)};
 }
 
 // The mean twist of the last poses, for a time that its decay leaves.

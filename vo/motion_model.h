@@ -9,6 +9,15 @@
 
 namespace diorama::vo {
 
+// Poses farther apart than this (s) say nothing of each other's velocity.
+constexpr double kSameMotion_s = 0.25;
+
+// Of the difference, along each axis, of the mean velocities over d1 and then d2 seconds, (m/s)^2,
+// when the velocity is a random walk of strength q, m^2/s^3.
+inline double velocityChangeVariance(double q, double d1_s, double d2_s) {
+  return q * (d1_s + d2_s) / 3;
+}
+
 // p is N(mean, variance I), of the camera's position in the world, m and m^2.
 struct PositionPrior {
   Vector3d mean;

@@ -209,6 +209,30 @@ TEST(Mapper, OdometryAcrossAGapClosesIt) {
   EXPECT_EQ(mapper.estimate().objects.size(), graph.objects.size());
 }
 
+// As when a lens is covered again and again: what holds the ends of gaps does not pile up.
+TEST(Mapper, ManyGapsAreClosed) {
+  const SyntheticGraph graph = makeGraph({.poses = 240, .noise = false}, 6);
+  const auto at_ns = [&](size_t k) { return graph.truth.poses[k].timestamp_ns; };
+  Mapper mapper;
+  feed(mapper, graph, 0);
+  for (size_t k = 1; k < 240; ++k) {
+    if (k % 4 == 2) {
+      ASSERT_TRUE(mapper.addGap(at_ns(k), {Eigen::Quaterniond(0, 0, 0, 0), Vector3d::Zero()}));
+    } else {
+      const size_t from = k % 4 == 3 ? k - 2 : k - 1;
+      const SE3 step = graph.truth.poses[from].pose.inverse() * graph.truth.poses[k].pose;
+      ASSERT_TRUE(mapper.addOdometry(
+          {"odometry", at_ns(from), at_ns(k), step, diagonalCovariance(1e-3, 1e-3), 1}));
+      for (const ObjectMeasurement& m : graph.observations[k]) ASSERT_TRUE(mapper.addObject(m));
+    }
+    const SE3 T_world_camera = mapper.update().T_world_camera;
+    if (k % 4 != 2) {
+      EXPECT_THAT(T_world_camera, PoseNear(graph.camera(k), 1e-3, 1e-3)) << k;
+    }
+  }
+  EXPECT_THAT(mapper.finish().T_world_camera, PoseNear(graph.camera(239), 1e-5, 1e-5));
+}
+
 TEST(Mapper, IsRepeatableToTheLastDigit) {
   const SyntheticGraph graph = makeGraph({.poses = 150, .objects = 2, .visible = 0.5}, 12);
   std::string texts[2];

@@ -49,7 +49,7 @@ std::string writtenContent() {
 
 // The same content under a checksum that fits.
 std::string sealed(const std::string& content) {
-  return "diorama-object-database 1\n" + sha256(content) + "\n" + content;
+  return "diorama-object-database 2\n" + sha256(content) + "\n" + content;
 }
 
 TEST(ObjectDatabase, ComesBackAsItWasWritten) {
@@ -90,8 +90,8 @@ TEST(ObjectDatabase, TruncatedFilesAreFound) {
 TEST(ObjectDatabase, SaysWhatIsWrong) {
   EXPECT_THAT(complaint("solid cube"), HasSubstr("no object database"));
   std::string other = writtenContent();
-  other.replace(other.find(" 1\n"), 3, " 9\n");
-  EXPECT_THAT(complaint(other), HasSubstr("version `9`, expected 1"));
+  other.replace(other.find(" 2\n"), 3, " 9\n");
+  EXPECT_THAT(complaint(other), HasSubstr("version `9`, expected 2"));
   EXPECT_THAT(complaint(writtenContent() + "x"), HasSubstr("checksum"));
   const test::TemporaryFolder folder;
   EXPECT_THROW(readDatabase(folder / "nowhere.db"), MissingInputError);

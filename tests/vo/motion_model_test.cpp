@@ -58,6 +58,14 @@ TEST(MotionModel, LearnsTheStrengthOfTheRandomWalk) {
   EXPECT_LT(model.strength().value(), 4 * q);  // there is a margin in it
 }
 
+TEST(MotionModel, ACameraAtRestMayStartToMove) {
+  MotionModel model;
+  for (int k = 0; k < 40; ++k) model.add(timeOf(k), SE3{}, true);
+  const auto prior = model.predict(timeOf(40));
+  ASSERT_TRUE(prior);
+  EXPECT_GT(std::sqrt(prior->variance), 2e-4);
+}
+
 TEST(MotionModel, CoastsAndSlowsDown) {
   const MotionModel model = after(30);
   EXPECT_THAT(model.coast(timeOf(29), timeOf(30)),

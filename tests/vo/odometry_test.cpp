@@ -176,6 +176,28 @@ TEST(VisualOdometry, TurningOnTheSpotIsNoStart) {
   }
 }
 
+// The same frame for two seconds, without any noise, and then on.
+TEST(VisualOdometry, ARestIsNoLossNorADrag) {
+  Driver driver;
+  for (int k = 0; k < 40; ++k) driver.feed(walk()[static_cast<size_t>(k)]);
+  ASSERT_GE(driver.start, 0);
+  constexpr int kRest = 60;
+  for (int k = 1; k <= kRest; ++k) {
+    Frame same = walk()[39];
+    same.index = 39 + k;
+    same.timestamp_ns = same.index * int64_t{33333000};
+    driver.feed(same, false);
+  }
+  for (int k = 40; k < 60; ++k) {
+    Frame next = walk()[static_cast<size_t>(k)];
+    next.index = k + kRest;
+    next.timestamp_ns = next.index * int64_t{33333000};
+    driver.feed(next, false);
+    EXPECT_LT(driver.error(k), 0.01) << k;
+  }
+  EXPECT_EQ(driver.count("lost"), 0);
+}
+
 // There and back again, farther than the field of view is wide: nothing of the map is seen in
 // between.
 TEST(VisualOdometry, TurningAwayFromTheMapAndBackIsNoLoss) {
