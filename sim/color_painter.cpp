@@ -66,9 +66,9 @@ Vector8 ColorPainter::smooth(const PacketRays& packet, const Sight& sight,
   const ViewedPoint& point = sight.point;
   const Vector8 p = sight.rays.origin + sight.rays.direction * point.distance;
   Vector8 texture = simd::splat3(0, 0, 0);
-  for (size_t k = 0; k < pattern.first.base.size(); ++k) {
-    const PixelSample& sample = pattern.first.base[k];
-    const RayPacket ray = raysOf(packet, sample, pattern.second.base[k]);
+  for (size_t k = 0; k < pattern.first.taps.size(); ++k) {
+    const PixelSample& sample = pattern.first.taps[k];
+    const RayPacket ray = raysOf(packet, sample, pattern.second.taps[k]);
     const Vector8 to = p - ray.origin;
     const Vector8 way =
         ray.direction * (dot(point.normal, to) / dot(point.normal, ray.direction)) - to;
@@ -76,21 +76,21 @@ Vector8 ColorPainter::smooth(const PacketRays& packet, const Sight& sight,
                                                  point.tex_v + t.alongV(way),
                                                  sight.level + sample.dither);
   }
-  texture = texture * splat(1.f / static_cast<float>(pattern.first.base.size()));
+  texture = texture * splat(1.f / static_cast<float>(pattern.first.taps.size()));
   const Surface surface = shading::surfaceOf(light, t, point, sight.light, texture);
   return simd::min(shading::radianceOf(scene, light, sight.rays, sight.hits, surface),
                    splat(brightest));
 }
 
 Radiance ColorPainter::sampled(const PacketRays& packet, size_t lane, const SamplePattern& pattern,
-                               const NearbyHits& closest) const {
+                               const PixelCandidates& candidates) const {
   const Float8 pixel = splat(packet.pixel * pattern.footprint);
   Vector8 sum = simd::splat3(0, 0, 0);
   Float8 darkest = splat(1e30f), lightest = splat(0.f);
   const auto add = [&](const std::vector<SampleLanes>& samples) {
     for (const SampleLanes& sample : samples) {
       const RayPacket rays = raysOf(packet, lane, sample);
-      const PacketHits hits = closest(rays, splat(-1));
+      const PacketHits hits = candidates.closest(rays);
       Vector8 color = simd::splat3(scene.sky);
       if (simd::bits(hits.mask))
         color =

@@ -2,10 +2,10 @@
 // motion, or by many.
 #pragma once
 
-#include "sim/nearby_hits.h"
 #include "sim/ray_table.h"
 #include "sim/render_scene.h"
 #include "sim/renderer.h"
+#include "sim/sample_candidates.h"
 #include "sim/sample_pattern.h"
 #include "sim/shading.h"
 
@@ -45,7 +45,7 @@ struct ColorPainter {
   // Any pixel: each sample is hit and shaded by itself; all of them where the first half shows
   // contrast.
   Radiance sampled(const PacketRays& packet, size_t lane, const SamplePattern& pattern,
-                   const NearbyHits& closest) const;
+                   const PixelCandidates& candidates) const;
 
  private:
   bool meet(const RayPacket& rays, const PacketHits& hits, Sight& sight) const;

@@ -195,7 +195,7 @@ void RasterRenderer::State::findTruth(int tile, const CameraFrame& frame) {
       takeCandidates(packet, x, y, T_camera_world, centers, triangle);
       traceMissed(tile, packet, y, frame, centers, triangle);
     }
-    truth.put(x, y, centers.depth_m, centers.id, splat(TruthBuffer::kUnknown), triangle);
+    truth.put(x, y, centers.depth_m, centers.id, splat(TruthBuffer::kUnknown));
   }
 }
 

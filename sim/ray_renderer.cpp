@@ -14,6 +14,7 @@
 #include "sim/plane_depth.h"
 #include "sim/ray_table.h"
 #include "sim/row_cameras.h"
+#include "sim/sample_candidates.h"
 #include "sim/sample_pattern.h"
 #include "sim/shading.h"
 #include "sim/silhouettes.h"
@@ -33,19 +34,18 @@ namespace {
 
 // Pixels whose samples go farther are sampled: the neighbourhood to look at would be too large.
 constexpr int kMostReach_px = 12;
-constexpr VisibleTriangles kTooMany{.count = VisibleTriangles::kMost + 1};
+constexpr float kCandidateMargin_px = 4;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Samples a pixel, and as many again where they show contrast.
 struct SampleCount {
   double most_way_px;  // up to this motion in the image
-  int standard;
-  float footprint;  // of one sample, px
-  int high;
-  float high_footprint;
+  PatternOptions standard, high;
 };
 constexpr std::array<SampleCount, 3> kSampleCounts = {
-    {{3.5, 8, 0.5f, 16, 0.4f}, {8, 8, 0.7f, 16, 0.5f}, {1e9, 16, 0.7f, 32, 0.5f}}};
+    {{3.5, {8, 0.5f, 4, 0.6f}, {16, 0.4f, 16, 0.4f}},
+     {8, {8, 0.7f, 8, 0.7f}, {16, 0.5f, 16, 0.5f}},
+     {1e9, {16, 0.7f, 16, 0.7f}, {32, 0.5f, 32, 0.5f}}}};
 
 // Samples stray from the pixel by half the way and half a pixel. What the last of them meet in the
 // outermost part of a pixel hardly counts.
@@ -68,7 +68,7 @@ struct RayRenderer::State {
         table(camera),
         pool(o.threads),
         silhouettes(*scene, camera, table),
-        triangles(*scene, table),
+        triangles(*scene, table, draft() ? 0 : kCandidateMargin_px),
         truth(table.paddedWidth(), table.paddedHeight()),
         motions(static_cast<size_t>(table.tileCount())) {
     if (!scene->moving.empty()) moving.emplace(scene, camera, table);
@@ -89,6 +89,8 @@ struct RayRenderer::State {
   void drawSmooth(int tile, const RowCameras& cameras, const TileHits& hits,
                   Image<Radiance>& radiance) const;
   void refineColors(int tile, Image<Radiance>& radiance) const;
+  RoughPixels roughPixels(int tile, const TileMotion& motion) const;
+  void drawAmongMoving(int tile, size_t choice, Image<Radiance>& radiance) const;
   Vector8 colorAmongMoving(int tile, const PacketRays& packet, int y, size_t choice,
                            bool edge) const;
   void preparePatterns(const ExposureMotion& motion);
@@ -105,6 +107,7 @@ struct RayRenderer::State {
   std::vector<TileMotion> motions;
   std::optional<MovingObjects> moving;
   float brightest = 0;
+  bool rolling = false;
 };
 
 RayRenderer::RayRenderer(std::shared_ptr<const RenderScene> scene, Camera camera,
@@ -119,7 +122,8 @@ RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
   const RowCameras cameras(motion, s.camera.height());
   if (s.moving) s.moving->begin(motion, s.pool);
   s.preparePatterns(motion);
-  if (!cameras.rolling()) s.triangles.sort(cameras[0], s.pool);
+  s.rolling = cameras.rolling();
+  if (!s.rolling) s.triangles.sort(cameras[0], s.pool);
   s.pool.run(s.table.tileCount(),
              [&](int tile) { s.traceTile(tile, cameras, motion, frame.radiance); });
   if (!s.draft())
@@ -198,7 +202,7 @@ void RayRenderer::State::keepTruth(int tile, int p, const RowCameras& cameras,
     id = nearest.id;
     patch = simd::select(nearest.mask, splat(TruthBuffer::kUnknown), patch);
   }
-  truth.put(x, y, depth, id, patch, simd::select(hits.mask, hits.triangle, splat(-1)));
+  truth.put(x, y, depth, id, patch);
 }
 
 namespace {
@@ -241,7 +245,7 @@ void RayRenderer::State::drawSmooth(int tile, const RowCameras& cameras, const T
   const auto look = [&](int p, Sight& sight) {
     const PacketRays& packet = table.packet(tile, p);
     paint.look(packet, cameras.rays(packet, table.packetY(tile, p)), hits[static_cast<size_t>(p)],
-               pattern[0].footprint, sight);
+               pattern[0].tap_footprint, sight);
   };
   drawAhead(look, [&](int p, const Sight& sight) {
     const PacketRays& packet = table.packet(tile, p);
@@ -258,9 +262,8 @@ void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
     for (size_t k = 0; k < result.size(); ++k) {
       const SampleCount& choice = kSampleCounts[k];
       const bool high = options.quality == RenderQuality::kHigh;
-      result[k] = MovingPattern(high ? choice.high : choice.standard,
-                                high ? choice.high_footprint : choice.footprint, relative,
-                                camera.height(), pool);
+      result[k] =
+          MovingPattern(high ? choice.high : choice.standard, relative, camera.height(), pool);
     }
     return result;
   };
@@ -268,33 +271,50 @@ void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
   if (moving) moving->preparePatterns(make);
 }
 
-// Pixels near outlines, creases and seams, and tiles in which something moves by itself.
+// Tiles in which something moves by itself, and pixels near outlines, creases and seams.
 void RayRenderer::State::refineColors(int tile, Image<Radiance>& radiance) const {
   const TileMotion& there = motions[static_cast<size_t>(tile)];
   const size_t choice = patternFor(there.way);
-  const Reach reach{reachOf(there.x), reachOf(there.y)};
+  if (movingIn(tile)) return drawAmongMoving(tile, choice, radiance);
+  const RoughPixels rough = roughPixels(tile, there);
+  SampleCandidates candidates(*scene, table, triangles);
+  if (!rolling) candidates.gather(tile, there, rough, truth);
   const ColorPainter paint = painter();
+  for (int p = 0; p < kPacketsPerTile; ++p) {
+    const int lanes = rough[static_cast<size_t>(p)];
+    if (lanes == 0) continue;
+    const PacketRays& packet = table.packet(tile, p);
+    const int x = table.packetX(tile, p), y = table.packetY(tile, p);
+    candidates.choose(p, lanes);
+    for (int lane = 0; lane < 8; ++lane)
+      if (lanes >> lane & 1)
+        radiance(x + laneX(lane), y + laneY(lane)) =
+            paint.sampled(packet, static_cast<size_t>(lane), patterns[choice][y + laneY(lane)],
+                          candidates.of(lane));
+  }
+}
+
+RoughPixels RayRenderer::State::roughPixels(int tile, const TileMotion& motion) const {
+  const Reach reach{reachOf(motion.x), reachOf(motion.y)};
+  const bool near = std::max(reach.x, reach.y) <= kMostReach_px;
+  RoughPixels rough{};
+  for (int p = 0; p < kPacketsPerTile; ++p) {
+    int lanes = table.packet(tile, p).valid;
+    if (lanes != 0 && near)
+      lanes &= truth.roughPixels(table.packetX(tile, p), table.packetY(tile, p), reach,
+                                 camera.width(), camera.height());
+    rough[static_cast<size_t>(p)] = lanes;
+  }
+  return rough;
+}
+
+void RayRenderer::State::drawAmongMoving(int tile, size_t choice, Image<Radiance>& radiance) const {
   for (int p = 0; p < kPacketsPerTile; ++p) {
     const PacketRays& packet = table.packet(tile, p);
     if (packet.valid == 0) continue;
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-    const int width = camera.width(), height = camera.height();
-    if (movingIn(tile)) {
-      const bool edge = truth.hasEdge(x, y, width, height);
-      put(colorAmongMoving(tile, packet, y, choice, edge), packet, x, y, radiance);
-      continue;
-    }
-    const bool near = std::max(reach.x, reach.y) <= kMostReach_px;
-    int rough = packet.valid;
-    if (near) rough &= truth.roughPixels(x, y, reach, width, height);
-    if (rough == 0) continue;
-    VisibleTriangles around = kTooMany;
-    if (near) around = truth.trianglesAround(x, y, reach, width, height);
-    const NearbyHits closest(*scene, around);
-    for (int lane = 0; lane < 8; ++lane)
-      if (rough >> lane & 1)
-        radiance(x + laneX(lane), y + laneY(lane)) = paint.sampled(
-            packet, static_cast<size_t>(lane), patterns[choice][y + laneY(lane)], closest);
+    const bool edge = truth.hasEdge(x, y, camera.width(), camera.height());
+    put(colorAmongMoving(tile, packet, y, choice, edge), packet, x, y, radiance);
   }
 }
 

@@ -99,6 +99,11 @@ struct RenderScene {
   Vector3f corner(uint32_t triangle, int k) const {
     return corners[indices[3 * triangle + static_cast<uint32_t>(k)]];
   }
+  // (p1 - p0) x (p2 - p0)
+  Vector3f normal(uint32_t triangle) const {
+    const Vector3f p0 = corner(triangle, 0);
+    return (corner(triangle, 1) - p0).cross(corner(triangle, 2) - p0);
+  }
   LightView lightView() const { return {lights, light}; }
 };
 

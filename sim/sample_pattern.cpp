@@ -89,38 +89,54 @@ std::vector<SampleLanes> inLanes(const std::vector<PixelSample>& samples) {
   return result;
 }
 
-SamplePattern makeSamplePattern(int count, const ExposureMotion& motion, double row_offset_s) {
-  const std::span<const Strata> table = strata(count);
-  const int pairs = count / 2;
-  SamplePattern pattern;
-  for (int k = 0; k < count; ++k) {
-    const auto place = [&](uint8_t stratum) { return (stratum + 0.5) / (2 * count) - 0.5; };
+// Four samples of which each has a row, a column and a moment of its own: half of them.
+constexpr std::array<Strata, 2> kOf4 = {{{1, 3, 1}, {3, 2, 0}}};
+
+// Samples in pairs that lie opposite to each other, out of `strata` to a side.
+void addPairs(std::span<const Strata> table, int strata, const ExposureMotion& motion,
+              double row_offset_s, std::vector<PixelSample>& samples) {
+  const auto pairs = static_cast<int>(table.size());
+  const auto place = [&](uint8_t stratum) { return (stratum + 0.5) / strata - 0.5; };
+  for (int k = 0; k < pairs; ++k) {
     const auto [u, v, moment] = table[static_cast<size_t>(k)];
     // The same for samples opposite to each other. Were one of them blurred more, edges would move.
-    const float dither =
-        (static_cast<float>(k % pairs * 3 % pairs) + 0.5f) / static_cast<float>(pairs);
+    const float dither = (static_cast<float>(k * 3 % pairs) + 0.5f) / static_cast<float>(pairs);
     for (const int side : {1, -1}) {
       const double offset_s = side * motion.exposure_s * place(moment);
-      (k < pairs ? pattern.base : pattern.extra)
-          .push_back(makeSample(side * place(u), side * place(v), dither,
-                                motion.T_world_camera(row_offset_s + offset_s)));
+      samples.push_back(makeSample(side * place(u), side * place(v), dither,
+                                   motion.T_world_camera(row_offset_s + offset_s)));
     }
+  }
+}
+
+SamplePattern makeSamplePattern(const PatternOptions& options, const ExposureMotion& motion,
+                                double row_offset_s) {
+  const std::span<const Strata> table = strata(options.count);
+  const size_t half = table.size() / 2;
+  SamplePattern pattern;
+  addPairs(table.first(half), 2 * options.count, motion, row_offset_s, pattern.base);
+  addPairs(table.subspan(half), 2 * options.count, motion, row_offset_s, pattern.extra);
+  pattern.taps = pattern.base;
+  if (options.taps != options.count) {
+    DIORAMA_CHECK(options.taps == 4);
+    pattern.taps.clear();
+    addPairs(kOf4, 4, motion, row_offset_s, pattern.taps);
   }
   pattern.base_lanes = inLanes(pattern.base);
   pattern.extra_lanes = inLanes(pattern.extra);
+  pattern.footprint = options.footprint;
+  pattern.tap_footprint = options.tap_footprint;
   return pattern;
 }
 
 }  // namespace
 
-MovingPattern::MovingPattern(int count, float footprint, const ExposureMotion& motion, int height,
-                             WorkerPool& pool)
+MovingPattern::MovingPattern(const PatternOptions& options, const ExposureMotion& motion,
+                             int height, WorkerPool& pool)
     : by_row_(motion.row_time_s == 0 ? 1 : static_cast<size_t>(height)) {
   pool.run(static_cast<int>(by_row_.size()), [&](int y) {
     const double offset_s = by_row_.size() == 1 ? 0 : motion.rowOffset_s(y, height);
-    SamplePattern& pattern = by_row_[static_cast<size_t>(y)];
-    pattern = makeSamplePattern(count, motion, offset_s);
-    pattern.footprint = footprint;
+    by_row_[static_cast<size_t>(y)] = makeSamplePattern(options, motion, offset_s);
   });
 }
 

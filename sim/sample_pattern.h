@@ -28,10 +28,18 @@ struct SampleLanes {
 };
 
 struct SamplePattern {
-  std::vector<PixelSample> base;                     // for every pixel
+  std::vector<PixelSample> taps;                     // of a texture where nothing else changes
+  std::vector<PixelSample> base;                     // for other pixels
   std::vector<PixelSample> extra;                    // as many again, where an edge needs them
   std::vector<SampleLanes> base_lanes, extra_lanes;  // the same samples
-  float footprint = 1;                               // of one sample, px
+  float footprint = 1, tap_footprint = 1;            // of one sample and of one tap, px
+};
+
+struct PatternOptions {
+  int count;        // 8, 16 or 32: each sample has a row, a column and a moment of its own
+  float footprint;  // px
+  int taps;         // 4, or as many as samples
+  float tap_footprint;
 };
 
 // The patterns of the two rows of a packet: the same but for the camera's poses.
@@ -66,8 +74,7 @@ inline RayPacket raysOf(const PacketRays& packet, const PixelSample& first,
 class MovingPattern {
  public:
   MovingPattern() = default;
-  // `count` is 8, 16 or 32: each sample has a row, a column and a moment of its own.
-  MovingPattern(int count, float footprint, const ExposureMotion& motion, int height,
+  MovingPattern(const PatternOptions& options, const ExposureMotion& motion, int height,
                 WorkerPool& pool);
 
   // Of the packet whose first row is y.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
@@ -24,17 +25,19 @@ struct TileRays {
   struct Row {  // boxes around the rays of eight blocks
     simd::Float8 x, y, half_x, half_y;
   };
-  DirectionBox box;
+  DirectionBox box;                    // of the rays up to some pixels beyond the tile
+  float dx_du = 0, dx_dv = 0, dy_du = 0, dy_dv = 0;  // greatest changes per pixel
   std::array<Row, kTileBlocks> rows;
   simd::Float8 column_low, column_high, row_low, row_high;
 
-  TileRays(const RayTable& table, int tile) {
+  TileRays(const RayTable& table, int tile, float margin_px) {
     std::array<DirectionBox, kTileBlocks> columns, lines;
     for (int r = 0; r < kTileBlocks; ++r)
       for (int c = 0; c < kTileBlocks; ++c) {
         DirectionBox block;
         for (int p : packetsOf(r, c)) {
           const PacketRays& packet = table.packet(tile, p);
+          if (packet.valid != 0) countPitch(packet);
           for (int lane = 0; lane < 8; ++lane)
             if (packet.valid >> lane & 1) block.extend(packet.x[lane], packet.y[lane]);
         }
@@ -49,7 +52,13 @@ struct TileRays {
       row_low[k] = lines[k].y0;
       row_high[k] = lines[k].y1;
     }
+    const float x = marginX(margin_px, margin_px), y = marginY(margin_px, margin_px);
+    box = {box.x0 - x, box.x1 + x, box.y0 - y, box.y1 + y};
   }
+
+  // How far directions go with so many pixels.
+  float marginX(float u_px, float v_px) const { return dx_du * u_px + dx_dv * v_px; }
+  float marginY(float u_px, float v_px) const { return dy_du * u_px + dy_dv * v_px; }
 
   static std::array<int, 2> packetsOf(int row, int column) {
     const int upper = 2 * row * kPacketsPerRow + column;
@@ -57,6 +66,12 @@ struct TileRays {
   }
 
  private:
+  void countPitch(const PacketRays& packet) {
+    dx_du = std::max(dx_du, std::abs(packet.dx_du));
+    dx_dv = std::max(dx_dv, std::abs(packet.dx_dv));
+    dy_du = std::max(dy_du, std::abs(packet.dy_du));
+    dy_dv = std::max(dy_dv, std::abs(packet.dy_dv));
+  }
   static void setBlock(Row& row, int c, const DirectionBox& block) {
     const bool empty = block.x0 > block.x1;
     row.x[c] = empty ? 0 : (block.x0 + block.x1) / 2;

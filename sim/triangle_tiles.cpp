@@ -82,11 +82,6 @@ void meetPacket(const PlacedTriangle& t, int place, const PacketRays& packet, Ne
   nearest.place = simd::select(nearer, splat(place), nearest.place);
 }
 
-Vector3f normalOf(const RenderScene& scene, uint32_t triangle) {
-  const Vector3f p0 = scene.corner(triangle, 0);
-  return (scene.corner(triangle, 1) - p0).cross(scene.corner(triangle, 2) - p0);
-}
-
 PacketHits hitsOf(const RenderScene& scene, const std::vector<const PlacedTriangle*>& list,
                   const PacketRays& packet, const Nearest& nearest) {
   PacketHits hits;
@@ -104,7 +99,7 @@ PacketHits hitsOf(const RenderScene& scene, const std::vector<const PlacedTriang
     hits.u = simd::select(lanes, w1 / sum, hits.u);
     hits.v = simd::select(lanes, w2 / sum, hits.v);
     hits.triangle = simd::select(lanes, splat(static_cast<int>(t.triangle)), hits.triangle);
-    hits.normal = simd::select(lanes, simd::splat3(normalOf(scene, t.triangle)), hits.normal);
+    hits.normal = simd::select(lanes, simd::splat3(scene.normal(t.triangle)), hits.normal);
     pending &= ~static_cast<unsigned>(simd::bits(lanes));
   }
   return hits;
@@ -164,9 +159,9 @@ class TileMeeting {
   std::array<Float8, kTileBlocks> farthest_;  // least inverse depth of each block
 };
 
-std::vector<TileRays> tilesOf(const RayTable& table) {
+std::vector<TileRays> tilesOf(const RayTable& table, float margin_px) {
   std::vector<TileRays> tiles;
-  for (int k = 0; k < table.tileCount(); ++k) tiles.emplace_back(table, k);
+  for (int k = 0; k < table.tileCount(); ++k) tiles.emplace_back(table, k, margin_px);
   return tiles;
 }
 
@@ -186,11 +181,12 @@ std::pair<TileRanks, TileRanks> ranksOf(const std::vector<TileRays>& tiles, size
 }  // namespace
 
 struct TriangleTiles::State {
-  State(const RenderScene& s, const RayTable& t)
+  State(const RenderScene& s, const RayTable& t, float margin)
       : scene(s),
         table(t),
         parts(partsOf(s)),
-        tiles(tilesOf(t)),
+        margin_px(margin),
+        tiles(tilesOf(t, margin)),
         tiles_x(static_cast<size_t>(t.tilesX())),
         ranks(ranksOf(tiles, tiles_x)) {
     for (const TileRays& tile : tiles) image.extend(tile.box);
@@ -202,18 +198,31 @@ struct TriangleTiles::State {
   const RenderScene& scene;
   const RayTable& table;
   std::vector<Part> parts;
+  float margin_px;
   std::vector<TileRays> tiles;
   size_t tiles_x;
   std::pair<TileRanks, TileRanks> ranks;  // of columns and rows of tiles
   DirectionBox image;
+  CameraFrame camera{SE3()};
   std::vector<uint32_t> order;  // of the parts that are seen
+
+  template <class Visit>
+  void visit(int tile, const Visit& visit) const {
+    const auto at = static_cast<size_t>(tile);
+    for (const uint32_t k : order) {
+      const Part& part = parts[k];
+      for (uint32_t e = part.begin[at]; e < part.begin[at + 1]; ++e)
+        visit(part.placed[part.entries[e]]);
+    }
+  }
 };
 
-TriangleTiles::TriangleTiles(const RenderScene& scene, const RayTable& table)
-    : state_(std::make_unique<State>(scene, table)) {}
+TriangleTiles::TriangleTiles(const RenderScene& scene, const RayTable& table, float margin_px)
+    : state_(std::make_unique<State>(scene, table, margin_px)) {}
 TriangleTiles::~TriangleTiles() = default;
 
 void TriangleTiles::sort(const CameraFrame& camera, WorkerPool& pool) {
+  state_->camera = camera;
   const Matrix3d R = camera.R.transpose();
   const Vector3d t = -R * camera.origin;
   std::vector<Part>& parts = state_->parts;
@@ -280,14 +289,20 @@ void TriangleTiles::State::addToTiles(Part& part, const PlacedTriangle& placed) 
 }
 
 void TriangleTiles::meet(int tile, TileHits& hits) const {
-  const auto at = static_cast<size_t>(tile);
-  TileMeeting meeting(state_->scene, state_->table, tile, state_->tiles[at]);
-  for (const uint32_t k : state_->order) {
-    const Part& part = state_->parts[k];
-    for (uint32_t e = part.begin[at]; e < part.begin[at + 1]; ++e)
-      meeting.meet(part.placed[part.entries[e]]);
-  }
+  TileMeeting meeting(state_->scene, state_->table, tile, rays(tile));
+  state_->visit(tile, [&](const PlacedTriangle& t) { meeting.meet(t); });
   for (int p = 0; p < kPacketsPerTile; ++p) hits[static_cast<size_t>(p)] = meeting.hits(p);
+}
+
+const CameraFrame& TriangleTiles::camera() const { return state_->camera; }
+float TriangleTiles::margin_px() const { return state_->margin_px; }
+const TileRays& TriangleTiles::rays(int tile) const {
+  return state_->tiles[static_cast<size_t>(tile)];
+}
+
+void TriangleTiles::list(int tile, std::vector<const PlacedTriangle*>& triangles) const {
+  triangles.clear();
+  state_->visit(tile, [&](const PlacedTriangle& t) { triangles.push_back(&t); });
 }
 
 }  // namespace diorama

@@ -7,11 +7,13 @@
 
 #include <array>
 #include <memory>
+#include <vector>
 
 #include "sim/bvh.h"
 #include "sim/ray_table.h"
 #include "sim/render_scene.h"
 #include "sim/row_cameras.h"
+#include "sim/tile_rays.h"
 #include "sim/worker_pool.h"
 
 namespace diorama {
@@ -20,8 +22,8 @@ using TileHits = std::array<PacketHits, kPacketsPerTile>;
 
 class TriangleTiles {
  public:
-  // Scene and table must outlive it.
-  TriangleTiles(const RenderScene& scene, const RayTable& table);
+  // Scene and table must outlive it. Tiles hold the triangles up to `margin_px` around them.
+  TriangleTiles(const RenderScene& scene, const RayTable& table, float margin_px = 0);
   ~TriangleTiles();
 
   // Sorts the triangles for a camera.
@@ -29,6 +31,13 @@ class TriangleTiles {
   // The nearest hits of a tile's rays; distances are depths. From any thread, once the triangles
   // are sorted.
   void meet(int tile, TileHits& hits) const;
+
+  // For rays that start elsewhere, or between the pixels' centres. The camera is that of sort().
+  const CameraFrame& camera() const;
+  float margin_px() const;
+  const TileRays& rays(int tile) const;
+  // Those that a tile may show, roughly the nearest first.
+  void list(int tile, std::vector<const PlacedTriangle*>& triangles) const;
 
  private:
   struct State;

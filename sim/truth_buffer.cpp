@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "sim/ray_table.h"
 
@@ -11,6 +12,10 @@ namespace diorama {
 using simd::Float8;
 using simd::Int8;
 
+namespace {
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+}  // namespace
+
 TruthBuffer::TruthBuffer(int padded_width, int padded_height)
     : stride_(padded_width),
       rows_(padded_height),
@@ -18,13 +23,16 @@ TruthBuffer::TruthBuffer(int padded_width, int padded_height)
       inverse_depth_(depth_.size()),
       instance_(depth_.size()),
       patch_(depth_.size()),
-      triangle_(depth_.size()),
-      packets_(depth_.size() / 8) {}
+      packets_(depth_.size() / 8),
+      packets_farthest_(depth_.size() / 8) {}
 
-void TruthBuffer::put(int x, int y, Float8 depth_m, Int8 instance, Int8 patch, Int8 triangle) {
+void TruthBuffer::put(int x, int y, Float8 depth_m, Int8 instance, Int8 patch) {
   const bool even = simd::bits(patch != simd::splat(patch[0])) == 0;
-  packets_[static_cast<size_t>(y / 2 * (stride_ / 4) + x / 4)] = even ? patch[0] : kUnknown;
   const Float8 inverse = simd::select(depth_m > 0.f, 1.f / depth_m, simd::splat(0.f));
+  const Int8 no_ray = (depth_m <= 0.f) & (patch == simd::splat(kUnknown));
+  const auto packet = static_cast<size_t>(y / 2 * (stride_ / 4) + x / 4);
+  packets_[packet] = even ? patch[0] : kUnknown;
+  packets_farthest_[packet] = simd::least(simd::select(no_ray, simd::splat(kInfinity), inverse));
   for (int row = 0; row < 2; ++row) {
     const auto copy = [row](auto* to, const auto& v) {
       std::memcpy(to, reinterpret_cast<const char*>(&v) + 16 * row, 16);
@@ -33,7 +41,6 @@ void TruthBuffer::put(int x, int y, Float8 depth_m, Int8 instance, Int8 patch, I
     copy(&inverse_depth_[at(x, y + row)], inverse);
     copy(&instance_[at(x, y + row)], instance);
     copy(&patch_[at(x, y + row)], patch);
-    copy(&triangle_[at(x, y + row)], triangle);
   }
 }
 
@@ -64,17 +71,23 @@ int TruthBuffer::roughPixels(int x, int y, Reach reach, int width, int height) c
   return rough;
 }
 
-// Whether all packets that hold pixels up to `reach` from this packet's show one patch.
-bool TruthBuffer::isEven(int x, int y, Reach reach) const {
+// All packets that hold pixels up to `reach` from four columns and `height` rows.
+template <class Visit>
+void TruthBuffer::visitPackets(int x, int y, int height, Reach reach, const Visit& visit) const {
   const int columns = stride_ / 4, rows = rows_ / 2;
   const int c0 = std::max(0, (x - reach.x) >> 2),
             c1 = std::min(columns - 1, (x + 3 + reach.x) >> 2);
-  const int r0 = std::max(0, (y - reach.y) >> 1), r1 = std::min(rows - 1, (y + 1 + reach.y) >> 1);
-  const int patch = packets_[static_cast<size_t>(y / 2 * columns + x / 4)];
-  int differs = patch == kUnknown;
+  const int r0 = std::max(0, (y - reach.y) >> 1),
+            r1 = std::min(rows - 1, (y + height - 1 + reach.y) >> 1);
   for (int r = r0; r <= r1; ++r)
-    for (int c = c0; c <= c1; ++c)
-      differs |= patch ^ packets_[static_cast<size_t>(r * columns + c)];
+    for (int c = c0; c <= c1; ++c) visit(static_cast<size_t>(r * columns + c));
+}
+
+// Whether a packet and its neighbours show one patch.
+bool TruthBuffer::isEven(int x, int y, Reach reach) const {
+  const int patch = packets_[static_cast<size_t>(y / 2 * (stride_ / 4) + x / 4)];
+  int differs = patch == kUnknown;
+  visitPackets(x, y, 2, reach, [&](size_t packet) { differs |= patch ^ packets_[packet]; });
   return differs == 0;
 }
 
@@ -104,27 +117,11 @@ int TruthBuffer::bentPixels(int x, int y, Reach reach) const {
   return simd::bits(bend > kBend * z);
 }
 
-VisibleTriangles TruthBuffer::trianglesAround(int x, int y, Reach reach, int width,
-                                              int height) const {
-  VisibleTriangles all;
-  const int x0 = std::max(0, x - reach.x), x1 = std::min(width - 1, x + 3 + reach.x);
-  const int y0 = std::max(0, y - reach.y), y1 = std::min(height - 1, y + 1 + reach.y);
-  int last = -1;
-  for (int v = y0; v <= y1; ++v)
-    for (int u = x0; u <= x1; ++u) {
-      const int triangle = triangle_[at(u, v)];
-      all.nothing |= triangle < 0;
-      if (triangle < 0 || triangle == last) continue;
-      last = triangle;
-      const auto end = all.triangle.begin() + all.count;
-      if (std::find(all.triangle.begin(), end, triangle) != end) continue;
-      if (all.count == VisibleTriangles::kMost) {
-        ++all.count;
-        return all;
-      }
-      all.triangle[static_cast<size_t>(all.count++)] = triangle;
-    }
-  return all;
+float TruthBuffer::leastInverseDepth(int x, int y, Reach reach) const {
+  float least = kInfinity;
+  visitPackets(x, y, 4, reach,
+               [&](size_t packet) { least = std::min(least, packets_farthest_[packet]); });
+  return least;
 }
 
 void TruthBuffer::copyTo(RenderedFrame& frame, int width, int height) const {

@@ -1,21 +1,12 @@
 // Depth, instance id and patch (sim/patches.h) at pixel centres while a frame is being drawn.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "sim/renderer.h"
 #include "sim/simd.h"
 
 namespace diorama {
-
-// Different triangles in some pixels, in the order in which they were met.
-struct VisibleTriangles {
-  static constexpr int kMost = 16;
-  int count = 0;  // kMost + 1: more than are listed
-  std::array<int, kMost> triangle{};
-  bool nothing = false;  // some pixels show no triangle
-};
 
 // How far around a pixel to look, px.
 struct Reach {
@@ -32,9 +23,7 @@ class TruthBuffer {
 
   // A packet of two rows of four pixels, the first row in lanes 0-3. Patches are unknown where
   // there is no ray, or where things move by themselves.
-  // Triangles are those of what rests, -1 where nothing is hit.
-  void put(int x, int y, simd::Float8 depth_m, simd::Int8 instance, simd::Int8 patch,
-           simd::Int8 triangle);
+  void put(int x, int y, simd::Float8 depth_m, simd::Int8 instance, simd::Int8 patch);
 
   float depth(int x, int y) const { return depth_[at(x, y)]; }  // 0 = nothing hit
   int instance(int x, int y) const { return instance_[at(x, y)]; }
@@ -47,8 +36,8 @@ class TruthBuffer {
   // one patch, or one that is bent.
   int roughPixels(int x, int y, Reach reach, int width, int height) const;
 
-  // What the packet at (x, y) and the pixels up to `reach` around it show.
-  VisibleTriangles trianglesAround(int x, int y, Reach reach, int width, int height) const;
+  // Of the pixels of a block at (x, y) and those up to `reach` around it: 0 where one hits nothing.
+  float leastInverseDepth(int x, int y, Reach reach) const;
 
   void copyTo(RenderedFrame& frame, int width, int height) const;
 
@@ -56,15 +45,18 @@ class TruthBuffer {
   size_t at(int x, int y) const {
     return static_cast<size_t>(y) * static_cast<size_t>(stride_) + static_cast<size_t>(x);
   }
+  template <class Visit>
+  void visitPackets(int x, int y, int height, Reach reach, const Visit& visit) const;
   bool isEven(int x, int y, Reach reach) const;
   bool isMixed(int x, int y, Reach reach, int width, int height) const;
   int bentPixels(int x, int y, Reach reach) const;
 
   int stride_, rows_;
   std::vector<float> depth_, inverse_depth_;
-  std::vector<int> instance_, patch_, triangle_;
-  std::vector<int>
-      packets_;  // the patch of all pixels of a packet or kUnknown; rows of stride_ / 4
+  std::vector<int> instance_, patch_;
+  // Of each packet, in rows of stride_ / 4:
+  std::vector<int> packets_;             // the patch of all pixels, or kUnknown
+  std::vector<float> packets_farthest_;  // their least inverse depth
 };
 
 }  // namespace diorama

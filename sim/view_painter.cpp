@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "sim/nearby_hits.h"
+#include "sim/single_triangle.h"
 #include "sim/shading.h"
 
 namespace diorama {

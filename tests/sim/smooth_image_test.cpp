@@ -1,6 +1,7 @@
 // Where the ray renderer takes the image as smooth, and how it samples where it is not.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 #include "sim/patches.h"
@@ -43,14 +44,13 @@ TruthBuffer bufferOf(const Patch& patch, const Depth& depth) {
   TruthBuffer buffer(32, 32);
   for (int y = 0; y < 32; y += 2)
     for (int x = 0; x < 32; x += 4) {
-      simd::Int8 patches, triangles;
+      simd::Int8 patches;
       simd::Float8 depths;
       for (int lane = 0; lane < 8; ++lane) {
         patches[lane] = patch(x + laneX(lane), y + laneY(lane));
         depths[lane] = depth(x + laneX(lane), y + laneY(lane));
-        triangles[lane] = 10 * patches[lane];
       }
-      buffer.put(x, y, depths, simd::splat(1), patches, triangles);
+      buffer.put(x, y, depths, simd::splat(1), patches);
     }
   return buffer;
 }
@@ -68,11 +68,20 @@ TEST(TruthBuffer, RoughPixelsNearABorder) {
       EXPECT_EQ(isRough(x, y, {1, 1}), x == 13 || x == 14) << x << ' ' << y;
       EXPECT_EQ(isRough(x, y, {3, 1}), 11 <= x && x <= 16) << x << ' ' << y;
     }
-  const VisibleTriangles both = buffer.trianglesAround(8, 8, {3, 3}, 32, 32);
-  ASSERT_EQ(both.count, 2);
-  EXPECT_EQ(both.triangle[0], 10);
-  EXPECT_EQ(both.triangle[1], 20);
-  EXPECT_EQ(buffer.trianglesAround(8, 8, {2, 9}, 32, 32).count, 1);
+}
+
+TEST(TruthBuffer, TheFarthestOfWhatIsAround) {
+  const TruthBuffer buffer = bufferOf([](int, int y) { return y < 4 ? TruthBuffer::kNothing : 1; },
+                                      [](int x, int y) {
+                                        return y < 4 ? 0.f : x < 16 ? 2.f : 4.f;
+                                      });
+  EXPECT_EQ(buffer.leastInverseDepth(8, 8, {1, 1}), 0.5f);
+  EXPECT_EQ(buffer.leastInverseDepth(12, 8, {1, 1}), 0.25f);
+  EXPECT_EQ(buffer.leastInverseDepth(8, 4, {1, 1}), 0);
+  const TruthBuffer outside =
+      bufferOf([](int x, int) { return x < 16 ? 1 : TruthBuffer::kUnknown; },
+               [](int x, int) { return x < 16 ? 2.f : 0.f; });
+  EXPECT_EQ(outside.leastInverseDepth(12, 8, {1, 1}), 0.5f);  // where there is no ray
 }
 
 TEST(TruthBuffer, PlanesAreSmoothAndBallsAreNotAtTheirLimb) {
@@ -101,6 +110,27 @@ double covered(const std::vector<PixelSample>& samples, double nx, double ny, do
   return static_cast<double>(count) / static_cast<double>(samples.size());
 }
 
+// Each in a quarter of its own of the pixel's width, of its height and of the exposure.
+TEST(SamplePattern, FourTapsShareThePixelOut) {
+  WorkerPool pool(1);
+  ExposureMotion motion;
+  motion.exposure_s = 1;
+  motion.T_world_camera = [](double t) {
+    SE3 pose;
+    pose.translation.x() = t;
+    return pose;
+  };
+  const SamplePattern pattern = MovingPattern({8, 0.5f, 4, 0.6f}, motion, 10, pool)[0];
+  ASSERT_EQ(pattern.taps.size(), 4u);
+  std::array<int, 3> quarters{};
+  for (const PixelSample& tap : pattern.taps) {
+    const Vector3f at(tap.du, tap.dv, tap.origin.x());
+    for (int axis = 0; axis < 3; ++axis)
+      quarters[static_cast<size_t>(axis)] |= 1 << static_cast<int>((at[axis] + 0.5f) * 4);
+  }
+  EXPECT_EQ(quarters, (std::array<int, 3>{15, 15, 15}));
+}
+
 TEST(SamplePattern, TellsTheCoveredPartOfAPixel) {
   WorkerPool pool(1);
   ExposureMotion motion;
@@ -111,7 +141,7 @@ TEST(SamplePattern, TellsTheCoveredPartOfAPixel) {
     return pose;
   };
   for (const int count : {8, 16, 32}) {
-    const SamplePattern pattern = MovingPattern(count, 0.5f, motion, 10, pool)[0];
+    const SamplePattern pattern = MovingPattern({count, 0.5f, count, 0.5f}, motion, 10, pool)[0];
     ASSERT_EQ(pattern.base.size(), static_cast<size_t>(count));
     ASSERT_EQ(pattern.extra.size(), static_cast<size_t>(count));
     std::vector<PixelSample> all = pattern.base;
