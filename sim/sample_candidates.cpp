@@ -119,10 +119,11 @@ void SampleCandidates::choose(int p, int lanes) {
   chosen_farthest_ = farthest_[block / kTileBlocks][static_cast<int>(block % kTileBlocks)];
   for (const uint32_t place : in_block_[block]) {
     const PlacedTriangle& t = *candidates_[place].placed;
-    const auto most = [&](const LinearForm& f) { return f.most(x, y, half_x, half_y); };
-    const Float8 inside = simd::min(simd::min(most(t.weight0), most(t.weight1)), most(t.weight2));
     const Int8 in_box = (x <= t.box.x1 + margin_x_) & (x >= t.box.x0 - margin_x_) &
                         (y <= t.box.y1 + margin_y_) & (y >= t.box.y0 - margin_y_);
+    if ((simd::bits(in_box) & lanes) == 0) continue;
+    const auto most = [&](const LinearForm& f) { return f.most(x, y, half_x, half_y); };
+    const Float8 inside = simd::min(simd::min(most(t.weight0), most(t.weight1)), most(t.weight2));
     const Int8 touched =
         in_box & (inside >= 0.f) & (most(t.inverse_depth) >= kBehind * chosen_farthest_);
     for (auto rest = static_cast<unsigned>(simd::bits(touched) & lanes); rest != 0;
@@ -154,10 +155,11 @@ PacketHits SampleCandidates::closest(size_t lane, const RayPacket& rays) const {
     const Float8 w0 = dot(t.weight0, ray) - dot(c.side0, moment),
                  w1 = dot(t.weight1, ray) - dot(c.side1, moment),
                  w2 = dot(t.weight2, ray) - dot(c.side2, moment);
-    const Float8 inverse = dot(t.inverse_depth, ray) / (1.f - dot(t.inverse_depth, from));
     // A triangle that is seen nearly edge-on may turn its other side while the camera moves.
     const Int8 inside =
         (simd::min(simd::min(w0, w1), w2) >= 0.f) | (simd::max(simd::max(w0, w1), w2) <= 0.f);
+    if (simd::bits(inside) == 0) continue;
+    const Float8 inverse = dot(t.inverse_depth, ray) / (1.f - dot(t.inverse_depth, from));
     const Int8 nearer = inside & (inverse > nearest.inverse_depth);
     nearest.inverse_depth = simd::select(nearer, inverse, nearest.inverse_depth);
     nearest.place = simd::select(nearer, splat(static_cast<int>(place)), nearest.place);
