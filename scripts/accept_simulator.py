@@ -66,7 +66,7 @@ def fractions(report, work):
 
 
 def scenes(report, work):
-    for file in sorted((ROOT / "scenes").rglob("*.yaml")):
+    for file in sorted([*(ROOT / "scenes").glob("*.yaml"), *(ROOT / "scenes/stress").glob("*.yaml")]):
         out = work / "scene"
         render(out, "--frames", "0:6", "--quality", "draft", "--truth", "normal,flow", scene=file)
         check(report, f"check of {file.relative_to(ROOT)}, 6 frames", out)

@@ -38,7 +38,7 @@ int nearestLog(int size) {
 
 void append(const cv::Mat& rgb, std::vector<uint32_t>& texels) {
   const auto encode = [](float linear) {
-    return static_cast<uint32_t>(std::lround(255 * std::sqrt(std::clamp(linear, 0.f, 1.f))));
+    return static_cast<uint32_t>(255 * std::sqrt(std::clamp(linear, 0.f, 1.f)) + 0.5f);
   };
   for (int y = 0; y < rgb.rows; ++y)
     for (int x = 0; x < rgb.cols; ++x) {
