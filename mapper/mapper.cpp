@@ -80,7 +80,9 @@ class Mapper::Impl {
     if (!pose) return {false, "no pose of the window has that time"};
     const ObjectFactorResult result = makeObjectFactor(measurement, 0, options_.object_sigma_scale);
     if (!result.factor) return {false, result.reason};
-    return landmarks_.add(smoother_, *pose, measurement.object, *result.factor);
+    const AddResult added = landmarks_.add(smoother_, *pose, measurement.object, *result.factor);
+    if (added && gap_ && *pose == newest()) gap_->held_ns = measurement.timestamp_ns;
+    return added;
   }
 
   void doubt(const std::string& object) { landmarks_.doubt(object); }
@@ -134,21 +136,22 @@ class Mapper::Impl {
  private:
   struct Gap {
     int64_t began_ns = 0;
-    size_t anchor = 0;  // the pose where it began, as something that later poses see
+    int64_t held_ns = 0;  // the newest time at which the map knew where the camera is, by an object
+    size_t anchor = 0;    // the pose where it began, as something that later poses see
   };
 
   // The odometry may find the camera again and measure the way from where it lost it: a factor
   // between that pose and a later one. For the smoother, which knows none between poses that do not
   // follow one another, the pose stays at hand as an object that stands where the camera stood.
   void openGap() {
-    gap_ = Gap{newest_ns(), smoother_.addObject("", T_world_camera())};
+    gap_ = Gap{newest_ns(), newest_ns(), smoother_.addObject("", T_world_camera())};
     constexpr double kSameSigma = 1e-4;  // m, rad: finer than any odometry
     smoother_.addObservation(newest(), {gap_->anchor, SE3{}, Matrix6d::Identity() / kSameSigma});
   }
 
   void addGapPose(int64_t timestamp_ns, const SE3& T_from_to) {
     const auto seconds = [&](int64_t to_ns) {
-      return 1e-9 * static_cast<double>(to_ns - gap_->began_ns);
+      return 1e-9 * static_cast<double>(to_ns - gap_->held_ns);
     };
     const double before_s = seconds(newest_ns()), after_s = seconds(timestamp_ns);
     OdometryFactor step =
@@ -167,8 +170,9 @@ class Mapper::Impl {
     smoother_.addObservation(newest(), {gap_->anchor, T_to_from, -measured.W * adjoint(T_to_from)});
   }
 
-  // Who moves keeps moving: what is not known of the way grows with the time of the whole gap, not
-  // with its root, up to the size of a room or a turned head. The sigma of one step of it.
+  // Who moves keeps moving: what is not known of the way grows with the time since the camera was
+  // last held, not with its root, up to the size of a room or a turned head. The sigma of one step
+  // of it.
   static constexpr double kFarthest_m = 2, kFarthest_rad = 1;
   static double stepOf(double per_s, double farthest, double before_s, double after_s) {
     constexpr double kLeast = 0.1;  // of what the step would be by itself

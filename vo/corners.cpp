@@ -12,54 +12,63 @@ constexpr int kMargin = 7;  // px of the level: a patch with its border fits
 constexpr float kLevelPenalty =
     0.75f;  // a corner of the next level is located half as well, but often more stable
 
+// Of whole numbers: running sums stay exact. Gradients count in eighths of a grey level per pixel.
+constexpr float kUnit = 1.f / 8;
+
 // A row of structure tensors.
 struct TensorRow {
-  std::vector<float> xx, yy, xy;
-  explicit TensorRow(int width) : xx(static_cast<size_t>(width), 0.f), yy(xx), xy(xx) {}
+  std::vector<int> xx, yy, xy;
+  explicit TensorRow(int width) : xx(static_cast<size_t>(width), 0), yy(xx), xy(xx) {}
 };
 
+// Sobel's gradients: across them they smooth the steps of outlines that are drawn without
+// smoothing, which are no corners.
 void multiplyGradients(const Image<uint8_t>& image, int y, TensorRow& out) {
   const uint8_t *above = image.row(y - 1), *at = image.row(y), *below = image.row(y + 1);
-  float *xx = out.xx.data(), *yy = out.yy.data(), *xy = out.xy.data();
+  int *xx = out.xx.data(), *yy = out.yy.data(), *xy = out.xy.data();
   for (int x = 1; x + 1 < image.width; ++x) {
-    const float gx = 0.5f * static_cast<float>(at[x + 1] - at[x - 1]);
-    const float gy = 0.5f * static_cast<float>(below[x] - above[x]);
+    const int left = above[x - 1] + 2 * at[x - 1] + below[x - 1];
+    const int right = above[x + 1] + 2 * at[x + 1] + below[x + 1];
+    const int top = above[x - 1] + 2 * above[x] + above[x + 1];
+    const int bottom = below[x - 1] + 2 * below[x] + below[x + 1];
+    const int gx = right - left, gy = bottom - top;
     xx[x] = gx * gx;
     yy[x] = gy * gy;
     xy[x] = gx * gy;
   }
 }
 
-void sumAlong(const std::vector<float>& values, std::vector<float>& sums) {
+void sumAlong(const std::vector<int>& values, std::vector<int>& sums) {
   const int end = static_cast<int>(values.size()) - kMargin;
-  const float* v = values.data();
-  float* s = sums.data();
+  const int* v = values.data();
+  int* s = sums.data();
   for (int x = kMargin; x < end; ++x)
     s[x] = ((v[x - 4] + v[x - 3]) + (v[x - 2] + v[x - 1])) +
            ((v[x] + v[x + 1]) + (v[x + 2] + v[x + 3]));
 }
 
-// Adds what enters a running sum and takes what leaves it; exact, since the values are quarters of
-// whole numbers.
-void replace(const std::vector<float>& entering, std::vector<float>& leaving,
-             std::vector<float>& sum) {
+// Adds what enters a running sum and takes what leaves it.
+void replace(const std::vector<int>& entering, std::vector<int>& leaving, std::vector<int>& sum) {
   for (size_t x = 0; x < sum.size(); ++x) sum[x] += entering[x] - leaving[x];
   leaving = entering;
 }
 
-void smallestEigenvalues(const TensorRow& tensors, float* scores) {
-  const float *xx = tensors.xx.data(), *yy = tensors.yy.data(), *xy = tensors.xy.data();
-  constexpr float area = 4 * kWindow * kWindow;
+// 0 where the largest eigenvalue is too much larger.
+void smallestEigenvalues(const TensorRow& tensors, float least_ratio, float* scores) {
+  const int *xx = tensors.xx.data(), *yy = tensors.yy.data(), *xy = tensors.xy.data();
+  constexpr float kScale = 0.5f / (4 * kWindow * kWindow) * kUnit * kUnit;
   const int end = static_cast<int>(tensors.xx.size()) - kMargin;
   for (int x = kMargin; x < end; ++x) {
-    const float difference = xx[x] - yy[x];
-    scores[x] =
-        0.5f / area * (xx[x] + yy[x] - std::sqrt(difference * difference + 4 * xy[x] * xy[x]));
+    const auto sum = static_cast<float>(xx[x] + yy[x]);
+    const auto difference = static_cast<float>(xx[x] - yy[x]);
+    const auto mixed = static_cast<float>(2 * xy[x]);
+    const float apart = std::sqrt(difference * difference + mixed * mixed);
+    scores[x] = sum - apart >= least_ratio * (sum + apart) ? kScale * (sum - apart) : 0;
   }
 }
 
 // Smallest eigenvalue of the structure tensor, averaged over 8 x 8 pixels, for every pixel.
-Image<float> cornerScores(const Image<uint8_t>& image) {
+Image<float> cornerScores(const Image<uint8_t>& image, float least_ratio) {
   static_assert(kWindow == 4, "sumAlong() adds so many");
   const int w = image.width, h = image.height;
   Image<float> scores(w, h, 0.f);
@@ -73,7 +82,8 @@ Image<float> cornerScores(const Image<uint8_t>& image) {
       replace(along.*part, oldest.*part, window.*part);
     }
     const int middle = y - (kWindow - 1);
-    if (middle >= kMargin && middle < h - kMargin) smallestEigenvalues(window, scores.row(middle));
+    if (middle >= kMargin && middle < h - kMargin)
+      smallestEigenvalues(window, least_ratio, scores.row(middle));
   }
   return scores;
 }
@@ -95,9 +105,10 @@ std::vector<Corner> detectCorners(const ImagePyramid& pyramid, double noise, con
   float penalty = 1;
   for (int l = 0; l < std::min(kLevels + blurred_levels, pyramid.levels());
        ++l, penalty *= kLevelPenalty) {
-    const Image<float> scores = cornerScores(pyramid.level(l));
-    // A difference over two pixels of noise has half its variance; halving the image halves sigma.
-    const double noise_score = 0.5 * noise * noise / (1 << (2 * l));
+    const Image<float> scores =
+        cornerScores(pyramid.level(l), static_cast<float>(options.min_corner_ratio));
+    // A gradient has 3/16 of the noise's variance; halving the image halves sigma.
+    const double noise_score = 3.0 / 16 * noise * noise / (1 << (2 * l));
     const float threshold =
         static_cast<float>(options.min_corner_score + options.corner_noise_factor * noise_score);
     for (int y = kMargin; y < scores.height - kMargin; ++y)

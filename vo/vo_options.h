@@ -21,6 +21,9 @@ struct VoOptions {
   // too.
   double min_corner_score = 3;
   double corner_noise_factor = 3;
+  // Of the tensor's smallest eigenvalue to its largest one. The steps of a straight outline that is
+  // drawn or scanned without smoothing are no corners: they slide along it.
+  double min_corner_ratio = 0.15;
 
   // Initialisation.
   double start_disparity_px = 10;    // median, between the first two keyframes (paper)
@@ -94,6 +97,7 @@ struct VoOptions {
     v("unsettled_below", unsettled_below, Range{0, 10000});
     v("min_corner_score", min_corner_score, kNotNegative);
     v("corner_noise_factor", corner_noise_factor, kNotNegative);
+    v("min_corner_ratio", min_corner_ratio, kFraction);
     v("start_disparity_px", start_disparity_px, kPositive);
     v("start_baseline_rad", start_baseline_rad, kNotNegative);
     v("start_window_frames", start_window_frames, Range{2, 100000});

@@ -166,6 +166,25 @@ TEST(Mapper, ObjectBridgesAGapInTheOdometry) {
   EXPECT_THAT(estimate.T_world_camera, PoseNear(graph.camera(119), 2e-3, 0.3 * kDegree));
 }
 
+// However long there is no odometry: while an object is seen the camera may go on moving. The
+// object is measured as roughly as beside the visual odometry, whose map has more weight.
+TEST(Mapper, ObjectsAloneHoldAMovingCamera) {
+  const SyntheticGraph graph =
+      makeGraph({.poses = 240, .object_sigma_m = 6e-3, .object_sigma_rad = 0.04}, 7);
+  Mapper mapper;
+  mapper.start(graph.truth.poses[0].timestamp_ns);
+  for (size_t k = 0; k < 240; ++k) {
+    if (k > 0) {
+      ASSERT_TRUE(mapper.addGap(graph.truth.poses[k].timestamp_ns));
+    }
+    ASSERT_TRUE(mapper.addObject(graph.observations[k].front())) << k;
+    mapper.update();
+    EXPECT_THAT(mapper.predict("object0").value().T_camera_object,
+                PoseNear(graph.camera(k).inverse() * graph.objects[0], 0.04, 9 * kDegree))
+        << k;
+  }
+}
+
 // Who moves keeps moving: at a pace of v nobody is sqrt(n) steps away after n frames.
 TEST(Mapper, ALongGapLeavesThePlaceOpenByItsLength) {
   const SyntheticGraph graph = makeGraph({.poses = 120}, 5);

@@ -64,6 +64,17 @@ TEST(Corners, WeakOnesCountInACleanImageOnly) {
   EXPECT_LE(detect(noise, grid, free).size(), 3u);
 }
 
+// A slanted edge without smoothing is a staircase.
+TEST(Corners, StepsOfStraightEdgesAreNone) {
+  for (const double slope : {0.04, 0.11, 0.17, 0.26, 0.34, 0.51, 0.69, 0.83, 1.0}) {
+    Image<uint8_t> image(400, 400);
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) image(x, y) = y > slope * x + 0.3 ? 180 : 60;
+    const CellGrid grid(image.width, image.height, 20);
+    EXPECT_LE(detect(image, grid, std::vector<uint8_t>(grid.size(), 0)).size(), 1u) << slope;
+  }
+}
+
 TEST(Corners, BlankAndTinyImagesHaveNone) {
   const CellGrid grid(100, 80, 20);
   const std::vector<uint8_t> free(grid.size(), 0);
