@@ -48,10 +48,14 @@ def speed(report, work):
     for name, bound in {"ray_draft": 80, "ray_standard": 30, "ray_high": 10, "raster_draft": 10}.items():
         report.limit(f"BM_RenderFrame/{name}, frames/s", rates.get(name), ">=", bound)
     render(work / "warm", "--frames", "0:1", "--quality", "draft")  # the light is baked and kept
-    begin = time.monotonic()
-    render(work / "files", "--frames", "0:200")
-    ratio = 200 / (time.monotonic() - begin) / rates["ray_standard"]
-    report.limit("frames/s with files written over those of ray_standard", ratio, ">=", 0.7)
+    times = []
+    for frames in (1, 201):
+        begin = time.monotonic()
+        render(work / f"files_{frames}", "--frames", f"0:{frames}")
+        times.append(time.monotonic() - begin)
+    ratio = 200 / (times[1] - times[0]) / rates["ray_standard"]
+    report.limit("frames/s with files written over those of ray_standard, both without the start", ratio, ">=", 0.7)
+    report.note("the start of render, with its first frame, s", f"{times[0]:.1f}")
 
 
 def baking(report, work):
