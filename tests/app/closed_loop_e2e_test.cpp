@@ -132,8 +132,8 @@ TEST(ClosedLoop, OdometryDriftAloneIsWorseThanFused) {
   const test::TemporaryFolder folder;
   renderDraft(folder, "seq", "0:90");
   const std::string sequence = (folder / "seq").string();
-  ASSERT_EQ(run(folder, sequence, "vo", {"--method", "vo"}).code, 0);
-  ASSERT_EQ(run(folder, sequence, "fused").code, 0);
+  ASSERT_EQ(run(folder, sequence, "vo", {"--method", "vo", "--odometry", "simulated"}).code, 0);
+  ASSERT_EQ(run(folder, sequence, "fused", {"--odometry", "simulated"}).code, 0);
   const Metrics vo = metricsFromJson(folder / "vo/metrics.json"),
                 fused = metricsFromJson(folder / "fused/metrics.json");
   EXPECT_LT(*fused.objects[0].metrics.mean_error_m, *vo.objects[0].metrics.mean_error_m);
