@@ -86,10 +86,10 @@ struct RasterRenderer::State {
   void drawIds(const Subframe& subframe);
   void markNarrow(const Subframe& subframe);
   void findTruth(int tile, const CameraFrame& frame);
-  void takeCandidates(const PacketRays& packet, int x, int y, const SE3& T_camera_world,
-                      MovingObjects::Centers& centers, Int8& triangle) const;
-  void traceMissed(int tile, const PacketRays& packet, int y, const CameraFrame& frame,
-                   MovingObjects::Centers& centers, Int8& triangle) const;
+  Int8 takeCandidates(const PacketRays& packet, int x, int y, const SE3& T_camera_world,
+                      MovingObjects::Centers& centers) const;
+  void traceMissed(int tile, const PacketRays& packet, int y, const CameraFrame& frame, Int8 missed,
+                   MovingObjects::Centers& centers) const;
   CandidateTriangles candidatesAround(int x, int y, int valid) const;
   bool mayHideNarrow(int x, int y) const;
   int subframeCount(const ExposureMotion& motion) const;
@@ -190,10 +190,9 @@ void RasterRenderer::State::findTruth(int tile, const CameraFrame& frame) {
     const PacketRays& packet = table.packet(tile, p);
     const int x = table.packetX(tile, p), y = table.packetY(tile, p);
     MovingObjects::Centers centers{splat(kInfinity), splat(0.f), splat(0), splat(0)};
-    Int8 triangle = splat(-1);
     if (packet.valid) {
-      takeCandidates(packet, x, y, T_camera_world, centers, triangle);
-      traceMissed(tile, packet, y, frame, centers, triangle);
+      const Int8 taken = takeCandidates(packet, x, y, T_camera_world, centers);
+      traceMissed(tile, packet, y, frame, simd::maskOfBits(packet.valid) & ~taken, centers);
     }
     truth.put(x, y, centers.depth_m, centers.id, splat(TruthBuffer::kUnknown));
   }
@@ -208,12 +207,13 @@ bool RasterRenderer::State::mayHideNarrow(int x, int y) const {
                                           std::lround(pixel.x))] != 0;
 }
 
-// Inside a surface that rests.
-void RasterRenderer::State::takeCandidates(const PacketRays& packet, int x, int y,
+// Inside a surface that rests; the lanes where it is met.
+Int8 RasterRenderer::State::takeCandidates(const PacketRays& packet, int x, int y,
                                            const SE3& T_camera_world,
-                                           MovingObjects::Centers& centers, Int8& triangle) const {
+                                           MovingObjects::Centers& centers) const {
+  Int8 taken = splat(0);
   const CandidateTriangles candidates = candidatesAround(x, y, packet.valid);
-  if (!candidates.formOneSurface(*scene)) return;
+  if (!candidates.formOneSurface(*scene)) return taken;
   NearestTriangles nearest;
   std::copy_n(packet.x, 8, nearest.x.begin());
   std::copy_n(packet.y, 8, nearest.y.begin());
@@ -222,24 +222,23 @@ void RasterRenderer::State::takeCandidates(const PacketRays& packet, int x, int 
   for (int lane = 0; lane < 8; ++lane) {
     const auto i = static_cast<size_t>(lane);
     if (nearest.triangle[i] < 0 || mayHideNarrow(x + laneX(lane), y + laneY(lane))) continue;
-    triangle[lane] = static_cast<int>(nearest.triangle[i]);
+    taken[lane] = -1;
     centers.depth_m[lane] = static_cast<float>(nearest.depth[i]);
-    centers.id[lane] = scene->triangles[static_cast<size_t>(triangle[lane])].instance;
+    centers.id[lane] = scene->triangles[static_cast<size_t>(nearest.triangle[i])].instance;
   }
+  return taken;
 }
 
 // At outlines, on moving objects, where something may be too narrow to be seen, and where no
 // candidate stops a ray.
 void RasterRenderer::State::traceMissed(int tile, const PacketRays& packet, int y,
-                                        const CameraFrame& frame, MovingObjects::Centers& centers,
-                                        Int8& triangle) const {
-  const Int8 missed = simd::maskOfBits(packet.valid) & (triangle < 0);
+                                        const CameraFrame& frame, Int8 missed,
+                                        MovingObjects::Centers& centers) const {
   if (!simd::bits(missed)) return;
   const RayPacket rays = frame.rays(simd::load(packet.x), simd::load(packet.y));
   const PacketHits hits = scene->bvh->closest(rays, missed, splat(0.f), true);
   const Float8 depth = PlaneDepth(*scene)(frame, frame, packet, hits);
   centers.depth_m = simd::select(hits.mask, depth, centers.depth_m);
-  triangle = simd::select(hits.mask, hits.triangle, triangle);
   for (int lane = 0; lane < 8; ++lane) {
     if (!hits.mask[lane]) continue;
     centers.id[lane] = scene->triangles[static_cast<size_t>(hits.triangle[lane])].instance;
@@ -248,7 +247,6 @@ void RasterRenderer::State::traceMissed(int tile, const PacketRays& packet, int 
   // Lanes that candidates have stopped are none of the moving objects'.
   centers.t = simd::select(missed, simd::select(hits.mask, hits.t, splat(kInfinity)), splat(0.f));
   moving->traceCenters(tile, packet, y, centers, nullptr);
-  triangle = simd::select(centers.mask, splat(-1), triangle);
 }
 
 // By the longest way in the image during the exposure.

@@ -277,6 +277,7 @@ void RayRenderer::State::refineColors(int tile, Image<Radiance>& radiance) const
   const size_t choice = patternFor(there.way);
   if (movingIn(tile)) return drawAmongMoving(tile, choice, radiance);
   const RoughPixels rough = roughPixels(tile, there);
+  if (std::all_of(rough.begin(), rough.end(), [](int lanes) { return lanes == 0; })) return;
   SampleCandidates candidates(*scene, table, triangles);
   if (!rolling) candidates.gather(tile, there, rough, truth);
   const ColorPainter paint = painter();

@@ -36,6 +36,30 @@ struct SampleCandidates::Nearest {
   Int8 place = splat(-1);  // among the candidates
 };
 
+struct SampleCandidates::Rays {
+  Vector8 direction, start;  // in the camera
+  Vector8 moment;            // direction x start, world
+
+  Rays(const RayPacket& rays, const CameraFrame& camera) {
+    const Eigen::Matrix3f R_camera_world = camera.R.transpose().cast<float>();
+    const auto inCamera = [&](const Vector8& v) {
+      return Vector8{diorama::dot(R_camera_world.row(0), v), diorama::dot(R_camera_world.row(1), v),
+                     diorama::dot(R_camera_world.row(2), v)};
+    };
+    const Vector8 from_camera = rays.origin - simd::splat3(camera.origin);
+    direction = inCamera(rays.direction);
+    start = inCamera(from_camera);
+    moment = cross(rays.direction, from_camera);
+  }
+};
+
+[[gnu::always_inline]] inline std::array<Float8, 3> SampleCandidates::Candidate::weights(
+    const Rays& rays) const {
+  return {dot(placed->weight0, rays.direction) - dot(side0, rays.moment),
+          dot(placed->weight1, rays.direction) - dot(side1, rays.moment),
+          dot(placed->weight2, rays.direction) - dot(side2, rays.moment)};
+}
+
 void SampleCandidates::gather(int tile, const TileMotion& motion, const RoughPixels& rough,
                               const TruthBuffer& truth) {
   // Half the way and half a pixel, and something for ways that are longer between the points at
@@ -45,8 +69,7 @@ void SampleCandidates::gather(int tile, const TileMotion& motion, const RoughPix
   candidates_.clear();
   for (std::vector<uint32_t>& block : in_block_) block.clear();
   gathered_ = std::max(x_px, y_px) <= static_cast<double>(tiles_.margin_px());
-  if (!gathered_ || std::all_of(rough.begin(), rough.end(), [](int lanes) { return lanes == 0; }))
-    return;
+  if (!gathered_) return;
   const TileRays& rays = tiles_.rays(tile);
   margin_x_ = rays.marginX(static_cast<float>(x_px), static_cast<float>(y_px));
   margin_y_ = rays.marginY(static_cast<float>(x_px), static_cast<float>(y_px));
@@ -138,28 +161,19 @@ void SampleCandidates::choose(int p, int lanes) {
 PacketHits SampleCandidates::closest(size_t lane, const RayPacket& rays) const {
   const auto trace = [&] { return scene_.quick_bvh->closest(rays, splat(-1), splat(0.f), true); };
   if (!gathered_ || pixel_count_[lane] > kMost) return trace();
-  const CameraFrame& camera = tiles_.camera();
-  const Vector8 start = rays.origin - simd::splat3(camera.origin);
-  const auto inCamera = [&](const Vector8& v) {
-    return Vector8{diorama::dot(Vector3f(camera.R.col(0).cast<float>()), v),
-                   diorama::dot(Vector3f(camera.R.col(1).cast<float>()), v),
-                   diorama::dot(Vector3f(camera.R.col(2).cast<float>()), v)};
-  };
-  const Vector8 ray = inCamera(rays.direction), from = inCamera(start);
-  const Vector8 moment = cross(rays.direction, start);
+  const Rays seen(rays, tiles_.camera());
   Nearest nearest;
   for (size_t k = 0; k < pixel_count_[lane]; ++k) {
     const uint32_t place = in_pixel_[lane][k];
     const Candidate& c = candidates_[place];
-    const PlacedTriangle& t = *c.placed;
-    const Float8 w0 = dot(t.weight0, ray) - dot(c.side0, moment),
-                 w1 = dot(t.weight1, ray) - dot(c.side1, moment),
-                 w2 = dot(t.weight2, ray) - dot(c.side2, moment);
+    const auto [w0, w1, w2] = c.weights(seen);
     // A triangle that is seen nearly edge-on may turn its other side while the camera moves.
     const Int8 inside =
         (simd::min(simd::min(w0, w1), w2) >= 0.f) | (simd::max(simd::max(w0, w1), w2) <= 0.f);
     if (simd::bits(inside) == 0) continue;
-    const Float8 inverse = dot(t.inverse_depth, ray) / (1.f - dot(t.inverse_depth, from));
+    const LinearForm& inverse_depth = c.placed->inverse_depth;
+    const Float8 inverse =
+        dot(inverse_depth, seen.direction) / (1.f - dot(inverse_depth, seen.start));
     const Int8 nearer = inside & (inverse > nearest.inverse_depth);
     nearest.inverse_depth = simd::select(nearer, inverse, nearest.inverse_depth);
     nearest.place = simd::select(nearer, splat(static_cast<int>(place)), nearest.place);
@@ -168,26 +182,27 @@ PacketHits SampleCandidates::closest(size_t lane, const RayPacket& rays) const {
   if (simd::bits((nearest.place < splat(0)) |
                  (nearest.inverse_depth < kSurelyBehind * chosen_farthest_)) != 0)
     return trace();
-  return hitsOf(nearest, ray, moment);
+  return hitsOf(nearest, seen);
 }
 
-PacketHits SampleCandidates::hitsOf(const Nearest& nearest, const Vector8& ray,
-                                    const Vector8& moment) const {
+PacketHits SampleCandidates::hitsOf(const Nearest& nearest, const Rays& rays) const {
   PacketHits hits;
   hits.mask = splat(-1);
   hits.t = splat(1.f) / nearest.inverse_depth;
+  hits.u = hits.v = splat(0.f);
+  hits.normal = simd::splat3(0, 0, 1);
+  hits.triangle = splat(0);
   for (unsigned pending = 0xff; pending != 0;) {
     const int place = nearest.place[__builtin_ctz(pending)];
     const Candidate& c = candidates_[static_cast<size_t>(place)];
-    const PlacedTriangle& t = *c.placed;
+    const uint32_t triangle = c.placed->triangle;
     const Int8 lanes = nearest.place == splat(place);
-    const Float8 w0 = dot(t.weight0, ray) - dot(c.side0, moment),
-                 w1 = dot(t.weight1, ray) - dot(c.side1, moment),
-                 w2 = dot(t.weight2, ray) - dot(c.side2, moment), sum = w0 + w1 + w2;
+    const auto [w0, w1, w2] = c.weights(rays);
+    const Float8 sum = w0 + w1 + w2;
     hits.u = simd::select(lanes, w1 / sum, hits.u);
     hits.v = simd::select(lanes, w2 / sum, hits.v);
-    hits.triangle = simd::select(lanes, splat(static_cast<int>(t.triangle)), hits.triangle);
-    hits.normal = simd::select(lanes, simd::splat3(scene_.normal(t.triangle)), hits.normal);
+    hits.triangle = simd::select(lanes, splat(static_cast<int>(triangle)), hits.triangle);
+    hits.normal = simd::select(lanes, simd::splat3(scene_.normal(triangle)), hits.normal);
     pending &= ~static_cast<unsigned>(simd::bits(lanes));
   }
   return hits;

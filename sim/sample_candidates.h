@@ -46,9 +46,13 @@ class SampleCandidates {
   static constexpr size_t kMost = 96;  // of one pixel
   static constexpr size_t kBlocks = kTileBlocks * kTileBlocks;
 
+  struct Rays;  // as the triangles need them
   struct Candidate {
     const PlacedTriangle* placed;
     Vector3f side0, side1, side2;  // opposite the corners, in the sense of the weights; world
+
+    // Proportional to those of the corners where the rays meet the triangle's plane.
+    std::array<simd::Float8, 3> weights(const Rays& rays) const;
   };
   struct Nearest;
 
@@ -56,8 +60,7 @@ class SampleCandidates {
   void sortIn(const PlacedTriangle& triangle);
   Candidate candidate(const PlacedTriangle& triangle) const;
   PacketHits closest(size_t lane, const RayPacket& rays) const;
-  PacketHits hitsOf(const Nearest& nearest, const simd::Vector8& ray,
-                    const simd::Vector8& moment) const;
+  PacketHits hitsOf(const Nearest& nearest, const Rays& rays) const;
 
   const RenderScene& scene_;
   const RayTable& table_;

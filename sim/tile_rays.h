@@ -25,7 +25,7 @@ struct TileRays {
   struct Row {  // boxes around the rays of eight blocks
     simd::Float8 x, y, half_x, half_y;
   };
-  DirectionBox box;                    // of the rays up to some pixels beyond the tile
+  DirectionBox box;  // of the rays up to some pixels beyond the tile
   float dx_du = 0, dx_dv = 0, dy_du = 0, dy_dv = 0;  // greatest changes per pixel
   std::array<Row, kTileBlocks> rows;
   simd::Float8 column_low, column_high, row_low, row_high;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "sim/single_triangle.h"
 #include "sim/shading.h"
+#include "sim/single_triangle.h"
 
 namespace diorama {
 
