@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from acceptance import DIORAMA, ROOT, SCENE, printed, render, run, sh, tests
+from acceptance import DIORAMA, ROOT, SCENE, add_scenes, printed, render, run, sequence_of, sh, tests
 
 
 def rotate(q, v):
@@ -42,23 +42,13 @@ def wrong_but_healthy(out, sequence):
     return wrong / len(estimates)
 
 
-def sequence_of(work, scene, scenes):
-    name = Path(scene).name
-    if scenes and (scenes / name).exists():
-        return scenes / name
-    if not (work / f"{name}_sequence").exists():
-        render(work / f"{name}_sequence", scene=f"scenes/{scene}.yaml")
-    return work / f"{name}_sequence"
-
-
 def run_odometry(out, sequence, *arguments):
     metrics = run(out, sequence, "--method", "vo", "--odometry", "vo", "--initial", "detect", *arguments)
     return metrics, wrong_but_healthy(out, sequence)
 
 
 def add_arguments(parser):
-    parser.add_argument("--scenes", type=Path, metavar="DIR",
-                        help="sequences rendered before, DIR/orange_juice and so on; others are rendered while they are run")
+    add_scenes(parser)
 
 
 def longest_recovery(out, sequence):

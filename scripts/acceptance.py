@@ -38,6 +38,20 @@ def render(out, *arguments, scene=SCENE, **options):
     return sh(DIORAMA, "render", scene, "-o", out, *arguments, **options)
 
 
+def add_scenes(parser):
+    parser.add_argument("--scenes", type=Path, metavar="DIR",
+                        help="sequences rendered before, DIR/orange_juice and so on; others are rendered here")
+
+
+def sequence_of(work, scene, scenes):
+    name = Path(scene).name
+    if scenes and (scenes / name).exists():
+        return scenes / name
+    if not (work / f"{name}_sequence").exists():
+        render(work / f"{name}_sequence", scene=f"scenes/{scene}.yaml")
+    return work / f"{name}_sequence"
+
+
 def run(out, *arguments):
     sh(DIORAMA, "run", *arguments, "-o", out, "--no-video")
     return json.loads((out / "metrics.json").read_text())

@@ -28,13 +28,6 @@ namespace {
 // After a longer gap the old velocity says nothing.
 constexpr double kLongestExtrapolation_s = 0.5;
 
-// By more than chance: health is a share of so many samples.
-bool isHealthier(const Estimate& a, const Estimate& b) {
-  const double h = b.health.value,
-               n = std::max<double>(1, static_cast<double>(b.observations.size()));
-  return a.health.value > h + std::sqrt(std::max(0.0, h * (1 - h)) / n);
-}
-
 }  // namespace
 
 class EdgeTracker::Implementation {
@@ -180,7 +173,7 @@ Estimate EdgeTracker::Implementation::startAt(const SE3& start, uint32_t frame_i
   // With good grey values the rescue does as well, and costs less.
   if (best.health.value >= options_.certain_health || options.start_particles == 0 ||
       reference_good_)
-    return best;
+    return refiner_.searchNeighbours(best);
   const std::vector<int> ranges{options.start_search_px, options.search_px};
   const auto judge = [&](const SE3& T) {
     return refiner_.judge(T, refiner_.visibleSamples(T, options.max_samples), ranges);
@@ -188,9 +181,9 @@ Estimate EdgeTracker::Implementation::startAt(const SE3& start, uint32_t frame_i
   const std::vector<SE3> found = filter_.anneal(start, judge, frame_index);
   for (size_t k = 0; k < found.size() && k < static_cast<size_t>(options.start_finalists); ++k) {
     Estimate other = refiner_.refine(found[k]);
-    if (isHealthier(other, best)) best = std::move(other);
+    if (other.fit > best.fit) best = std::move(other);
   }
-  return best;
+  return refiner_.searchNeighbours(best);
 }
 
 ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,

@@ -1,5 +1,6 @@
 #include "tracker/pose_refiner.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +11,8 @@ namespace {
 // Standard deviations of a direction that nothing was measured about.
 constexpr double kUnknownSigmaM = 1.0;
 constexpr double kUnknownSigmaRad = 1.0;
+
+constexpr double kClearlyBetter = 0.01;  // fit: about one sample in a hundred
 
 }  // namespace
 
@@ -52,9 +55,76 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
         estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }
   estimate.observations = search_.search(*picture_, T, samples, memory_, kHealthRange);
-  estimate.health =
-      assessHealth(countSamples(samples, T), estimate.observations, texture_, options_);
+  const VisibleSamples visible = countSamples(samples, T);
+  estimate.health = assessHealth(visible, estimate.observations, texture_, options_);
+  estimate.fit = fitOf(visible, estimate.observations);
   return estimate;
+}
+
+double PoseRefiner::fitOf(const VisibleSamples& visible,
+                          const std::vector<EdgeObservation>& observations) const {
+  double sum = 0;
+  for (const EdgeObservation& o : observations) {
+    double nearest = kHealthRange;
+    for (int k = 0; k < o.candidate_count; ++k) {
+      const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
+      if (c.like_before) nearest = std::min(nearest, std::abs(c.offset_px));
+    }
+    const double scaled = nearest / options_.fit_sigma_px;
+    sum += (o.contour ? 1 : kCreaseWeight) * std::exp(-0.5 * scaled * scaled);
+  }
+  return sum / std::max(1.0, static_cast<double>(visible.contour) +
+                                 kCreaseWeight * static_cast<double>(visible.crease));
+}
+
+// Two in each principal direction, so far that the edges move by neighbour_px (rms).
+std::vector<SE3> PoseRefiner::neighboursOf(const Estimate& estimate) const {
+  const SE3& T = estimate.T_camera_model;
+  const double unit = 0.35 * model_.diameter;  // m that move the edges about as far as 1 rad
+  Vector6d scale;
+  scale << unit, unit, unit, 1, 1, 1;
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> principal(
+      Matrix6d(scale.asDiagonal() * estimate.edges.hessian * scale.asDiagonal()));
+  std::vector<SE3> neighbours;
+  for (int k = 0; k < 4; ++k) {
+    const Vector6d direction = scale.cwiseProduct(principal.eigenvectors().col(k));
+    constexpr double kSmall = 1e-3;
+    const double moved = edgeMotion(estimate.observations, T * exp(kSmall * direction));
+    if (!(moved > 0)) continue;
+    const Vector6d step = (kSmall * options_.neighbour_px / moved) * direction;
+    for (const double sign : {1.0, -1.0}) neighbours.push_back(T * exp(sign * step));
+  }
+  return neighbours;
+}
+
+// Rms motion along their normals of the samples, px.
+double PoseRefiner::edgeMotion(const std::vector<EdgeObservation>& observations,
+                               const SE3& T) const {
+  const Matrix3d R = T.rotationMatrix();
+  double sum = 0;
+  int count = 0;
+  for (const EdgeObservation& o : observations) {
+    const auto u =
+        camera_.project(R * model_.samples[static_cast<size_t>(o.sample)].p + T.translation);
+    if (!u) continue;
+    const double moved = o.normal.dot(*u - o.u_px);
+    sum += moved * moved;
+    ++count;
+  }
+  return count > 0 ? std::sqrt(sum / count) : 0;
+}
+
+Estimate PoseRefiner::searchNeighbours(Estimate best) {
+  for (int round = 0; round < options_.neighbour_rounds; ++round) {
+    std::optional<Estimate> better;
+    for (const SE3& start : neighboursOf(best)) {
+      Estimate other = refine(start);
+      if (other.fit > (better ? better->fit : best.fit + kClearlyBetter)) better = std::move(other);
+    }
+    if (!better) break;
+    best = std::move(*better);
+  }
+  return best;
 }
 
 VisibleSamples PoseRefiner::countSamples(const std::vector<int>& samples, const SE3& T) const {
@@ -115,7 +185,7 @@ Estimate PoseRefiner::refineStart(const SE3& start) {
     ranges.push_back(ranges.empty() ? options_.narrow_search_px : options_.wide_search_px);
     ranges.push_back(options_.narrow_search_px);
     Estimate other = refine(start, ranges);
-    if (other.health.value > best.health.value) best = std::move(other);
+    if (other.fit > best.fit) best = std::move(other);
   }
   return best;
 }

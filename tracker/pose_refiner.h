@@ -25,6 +25,9 @@ struct Estimate {
   CueEquations edges;
   std::vector<EdgeObservation> observations;
   TrackHealth health;
+  // How sharply the edges agree, in [0, 1]: what tells the right one of two poses that both look
+  // healthy. Its level depends on blur and model: to compare poses in one image only.
+  double fit = 0;
 };
 
 class PoseRefiner {
@@ -43,6 +46,11 @@ class PoseRefiner {
   // A given start may be off by a hair or by many pixels, where a wide search finds too much: the
   // ranges that lead to the best agreement are right.
   Estimate refineStart(const SE3& start);
+
+  // Round things have poses side by side that look nearly alike, centimetres apart. From a pose,
+  // steps along the principal directions of what its edges know, each refined: goes to the best
+  // fit, as long as there is a better one.
+  Estimate searchNeighbours(Estimate estimate);
 
   // The cheap version of refine() for the many poses of a particle filter: edges alone, at the
   // given samples, and how likely the pose is before and after.
@@ -67,6 +75,10 @@ class PoseRefiner {
   }
   SolverLimits solverLimits() const;
   VisibleSamples countSamples(const std::vector<int>& samples, const SE3& T_camera_model) const;
+  double fitOf(const VisibleSamples& visible,
+               const std::vector<EdgeObservation>& observations) const;
+  std::vector<SE3> neighboursOf(const Estimate& estimate) const;
+  double edgeMotion(const std::vector<EdgeObservation>& observations, const SE3& T) const;
   std::optional<double> logLikelihood(size_t visible_samples,
                                       const std::vector<EdgeObservation>& observations) const;
   void learnContrast(const std::vector<EdgeObservation>& observations);

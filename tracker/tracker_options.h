@@ -68,6 +68,11 @@ struct TrackerOptions {
   double claim_sigma_m = 0.025;  // a pose that is less certain is not claimed: half of what counts
   double claim_sigma_rad = 0.044;  // as lost, 5 cm and 5 degrees
 
+  // Neighbours of a start, compared by how sharply their edges agree.
+  double fit_sigma_px = 0.3;  // that edges of the right pose keep, but for a few
+  double neighbour_px = 3;    // to a neighbour, rms of its edges along their normals
+  int neighbour_rounds = 4;   // 0 = none are tried
+
   // Rescue of an unhealthy track by random starts around the prediction.
   int rescue_starts = 8;       // aligned, after screening by grey values ...
   int rescue_screened = 200;   // ... out of this many
@@ -122,6 +127,9 @@ struct TrackerOptions {
     v("doubtful_frames", doubtful_frames, Range{0, 100000});
     v("claim_sigma_m", claim_sigma_m, kPositive);
     v("claim_sigma_rad", claim_sigma_rad, kPositive);
+    v("fit_sigma_px", fit_sigma_px, kPositive);
+    v("neighbour_px", neighbour_px, kPositive);
+    v("neighbour_rounds", neighbour_rounds, Range{0, 100});
     v("rescue_starts", rescue_starts, Range{0, 1000});
     v("rescue_screened", rescue_screened, Range{0, 100000});
     v("rescue_sigma", rescue_sigma, kNotNegative);

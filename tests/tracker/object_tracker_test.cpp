@@ -83,6 +83,31 @@ TEST(EdgeTracker, AnnealingHelpsAStartThatIsFarOff) {
   EXPECT_GT(found, found_without);
 }
 
+// A wrong valley may look healthy: the one beside it where the edges agree sharply is the right
+// one.
+TEST(EdgeTracker, LeavesAWrongValleyAtTheStart) {
+  test::BoxScene scene;
+  scene.print = 40;
+  const Frame frame = scene.draw(poseOf(0), 0);
+  TrackerOptions with, without;
+  with.filter.start_particles = without.filter.start_particles = 0;
+  without.neighbour_rounds = 0;
+  int found = 0, found_without = 0;
+  for (int i = 0; i < 12; ++i) {
+    Vector6d off;
+    off << 0.008 * std::cos(i), 0.008 * std::sin(i), 0.008 * std::cos(2 * i),
+        0.05 * std::sin(3 * i), 0.05 * std::cos(3 * i), 0.03 * std::sin(i);
+    const auto isFound = [&](const TrackerOptions& options) {
+      const ObjectMeasurement m =
+          makeTracker(scene, options)->track(frame, startAt(poseOf(0) * exp(off)));
+      return m.claimed && errorOf(m.T_camera_object, poseOf(0)).m < 0.002;
+    };
+    found += isFound(with);
+    found_without += isFound(without);
+  }
+  EXPECT_GT(found, found_without);
+}
+
 TEST(EdgeTracker, ConvergesFromAPerturbedStart) {
   for (const double print : {0.0, 40.0}) {
     test::BoxScene scene;
