@@ -97,21 +97,28 @@ std::optional<Landmarks::Match> Landmarks::nearest(ChainSmoother& smoother, size
                                                    std::optional<double>& best) const {
   std::optional<Match> match;
   if (label.landmarks.empty()) return match;
-  const size_t best_object = bestOf(label).object;
-  for (Landmark& landmark : label.landmarks) {
+  const auto compare = [&](Landmark& landmark) {
     const SE3 expected =
         smoother.T_world_camera(pose).inverse() * smoother.T_world_object(landmark.object);
     Match candidate{&landmark, nearestBySymmetry(factor, expected, label.symmetries), 0};
     candidate.factor.object = landmark.object;
     candidate.distance = distance(smoother, pose, candidate.factor);
-    if (landmark.object == best_object) best = candidate.distance;
     const bool inside = candidate.distance < limit() || options_.kind == "none";
     if (inside && (!match || candidate.distance < match->distance)) match = candidate;
-  }
+    return candidate.distance;
+  };
+  // The others get what is no measurement of it: a neighbour shall not share them.
+  const Landmark* likely = &bestOf(label);
+  for (Landmark& landmark : label.landmarks)
+    if (&landmark == likely) best = compare(landmark);
+  if (match) return match;
+  for (Landmark& landmark : label.landmarks)
+    if (&landmark != likely) compare(landmark);
   return match;
 }
 
-void Landmarks::count(Label& label, const Landmark* matched) {
+void Landmarks::count(Label& label, Landmark* matched) {
+  if (matched) ++label.taken, ++matched->taken;
   for (Landmark& landmark : label.landmarks) {
     if (&landmark == matched) {
       ++landmark.run;
@@ -122,10 +129,25 @@ void Landmarks::count(Label& label, const Landmark* matched) {
   }
 }
 
+void Landmarks::forget(ChainSmoother& smoother, Label& label) const {
+  const auto few = [&](size_t taken, int taken_before) {
+    return static_cast<double>(taken) < options_.least_share * (label.taken - taken_before);
+  };
+  std::erase_if(label.tentative,
+                [&](const Tentative& t) { return few(t.members.size(), t.taken_before); });
+  const size_t best_object = bestOf(label).object;
+  std::erase_if(label.landmarks, [&](const Landmark& landmark) {
+    if (landmark.object == best_object) return false;
+    if (!few(static_cast<size_t>(landmark.taken), landmark.taken_before)) return false;
+    smoother.release(landmark.object);
+    return true;
+  });
+}
+
 Landmarks::Landmark& Landmarks::place(ChainSmoother& smoother, size_t pose, const std::string& name,
                                       Label& label, const ObjectFactor& factor) const {
   const size_t object = smoother.addObject(name, smoother.T_world_camera(pose) * factor.Z);
-  label.landmarks.push_back({object});
+  label.landmarks.push_back({object, label.taken});
   return label.landmarks.back();
 }
 
@@ -146,6 +168,7 @@ AddResult Landmarks::add(ChainSmoother& smoother, size_t pose, const std::string
     smoother.addObservation(pose, match->factor);
     count(label, match->landmark);
     result.added = match->landmark == &bestOf(label);
+    forget(smoother, label);
     if (!result.added) result.reason = "agrees with another place of the object than the best one";
     return result;
   }
@@ -175,7 +198,7 @@ bool Landmarks::wait(ChainSmoother& smoother, size_t pose, const std::string& na
   auto found = label.tentative.begin();
   ObjectFactor nearest = factor;
   for (; found != label.tentative.end(); ++found) {
-    const Waiting& last = found->back();
+    const Waiting& last = found->members.back();
     const SE3 expected = T_camera_world * smoother.T_world_camera(last.pose) * last.factor.Z;
     nearest = nearestBySymmetry(factor, expected, label.symmetries);
     if (agree(smoother, last, pose, nearest)) break;
@@ -183,15 +206,15 @@ bool Landmarks::wait(ChainSmoother& smoother, size_t pose, const std::string& na
   if (found == label.tentative.end()) {
     if (label.tentative.size() >= static_cast<size_t>(options_.max_tentative))
       label.tentative.pop_front();
-    label.tentative.push_back({{pose, factor}});
+    label.tentative.push_back({label.taken, {{pose, factor}}});
     found = std::prev(label.tentative.end());
   } else {
-    found->push_back({pose, nearest});
+    found->members.push_back({pose, nearest});
   }
-  const bool enough = found->size() >= static_cast<size_t>(options_.support);
+  const bool enough = found->members.size() >= static_cast<size_t>(options_.support);
   if (!enough || label.landmarks.size() >= static_cast<size_t>(options_.max_landmarks))
     return false;
-  const Tentative agreed = std::move(*found);
+  const std::vector<Waiting> agreed = std::move(found->members);
   label.tentative.erase(found);
   Landmark& landmark = place(smoother, pose, name, label, agreed.back().factor);
   for (const Waiting& waiting : agreed) {
@@ -200,7 +223,8 @@ bool Landmarks::wait(ChainSmoother& smoother, size_t pose, const std::string& na
     buffered.object = landmark.object;
     smoother.addObservation(waiting.pose, buffered);
   }
-  landmark.run = static_cast<int>(agreed.size());
+  landmark.run = landmark.taken = static_cast<int>(agreed.size());
+  label.taken += landmark.taken;
   return &bestOf(label) == &landmark;
 }
 

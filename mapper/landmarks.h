@@ -1,10 +1,12 @@
 // Which measurement belongs to which object: the gate, and what waits outside of it.
 //
 // Each label (an object's name) has landmarks, static things that were measured as that object. A
-// measurement joins the landmark whose innovation is smallest and inside the gate. Others wait in a
-// tentative list; as soon as some agree with one another they make a landmark of their own. The
-// label stands for its best supported landmark, so that a first measurement that was wrong, or
-// static clutter, ends as another landmark that does no harm.
+// measurement joins the best supported one when it is inside its gate, else the one whose
+// innovation is smallest and inside the gate. Others wait in a tentative list; as soon as some
+// agree with one another they make a landmark of their own. The label stands for its best supported
+// landmark, so that a first measurement that was wrong, or static clutter, ends as another landmark
+// that does no harm. What takes next to none of a label's measurements is forgotten: it is the tail
+// of the noise.
 #pragma once
 
 #include <deque>
@@ -31,6 +33,10 @@ struct GateOptions {
   int support = 3;         // measurements that agree make a landmark
   int max_landmarks = 12;  // of a label
   int max_tentative = 100;
+  // A landmark, or measurements that wait, are forgotten when they are less than this part of what
+  // the label's landmarks have taken since. The gate turns 0.1% of good measurements away; those
+  // agree with one another, too, and would in time make landmarks beside the true one.
+  double least_share = 0.02;
   // Two measurements that wait agree within their covariances plus this, for the camera's drift
   // between them.
   double slack_m = 0.01;
@@ -44,6 +50,7 @@ struct GateOptions {
     v("support", support, Range{1, 1000});
     v("max_landmarks", max_landmarks, Range{1, 1000});
     v("max_tentative", max_tentative, Range{1, 100000});
+    v("least_share", least_share, kFraction);
     v("slack_m", slack_m, kNotNegative);
     v("slack_rad", slack_rad, kNotNegative);
   }
@@ -78,7 +85,9 @@ class Landmarks {
 
  private:
   struct Landmark {
-    size_t object;  // number in the graph
+    size_t object;         // number in the graph
+    int taken_before = 0;  // by the label's landmarks before there was this one
+    int taken = 0;
     // Measurements that follow one another share their cause, so that a run of n counts as sqrt(n).
     double past_runs = 0;
     int run = 0;
@@ -88,11 +97,15 @@ class Landmarks {
     size_t pose;
     ObjectFactor factor;
   };
-  using Tentative = std::vector<Waiting>;  // that agree
+  struct Tentative {
+    int taken_before = 0;          // as above
+    std::vector<Waiting> members;  // that agree
+  };
   struct Label {
     Symmetries symmetries;
     std::vector<Landmark> landmarks;
     std::deque<Tentative> tentative;
+    int taken = 0;  // by all landmarks
   };
   struct Match {
     Landmark* landmark = nullptr;
@@ -113,7 +126,8 @@ class Landmarks {
   bool agree(const ChainSmoother& smoother, const Waiting& waiting, size_t pose,
              const ObjectFactor& factor) const;
   static const Landmark& bestOf(const Label& label);
-  static void count(Label& label, const Landmark* matched);
+  static void count(Label& label, Landmark* matched);
+  void forget(ChainSmoother& smoother, Label& label) const;
 
   GateOptions options_;
   std::map<std::string, Label> labels_;  // also those that were only declared

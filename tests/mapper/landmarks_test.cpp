@@ -60,6 +60,70 @@ TEST(Gate, PapersRuleIsThereForTheComparison) {
   EXPECT_EQ(count.added, count.measured);
 }
 
+// One object before a camera that stands still.
+class OneObject {
+ public:
+  OneObject() { smoother_.start(0); }
+
+  AddResult see(const SE3& T_camera_object) {
+    if (frame_++ > 0)
+      smoother_.addPose(frame_, {SE3{}, Vector6d(Vector6d::Constant(1e4)).asDiagonal()});
+    const ObjectFactor factor{0, T_camera_object,
+                              Vector6d(Vector6d::Constant(1 / kSigma)).asDiagonal()};
+    const AddResult result = landmarks_.add(smoother_, smoother_.poseCount() - 1, "object", factor);
+    smoother_.update();
+    return result;
+  }
+  size_t places() const { return smoother_.objectCount(); }
+  size_t placesInUse() const { return smoother_.joint().slots.size(); }
+
+  static SE3 off(double sigmas) {
+    return {Eigen::Quaterniond::Identity(), {sigmas * kSigma, 0, 1}};
+  }
+
+ private:
+  static constexpr double kSigma = 0.01;
+  int frame_ = 0;
+  ChainSmoother smoother_{{}, {}, {}};
+  Landmarks landmarks_{GateOptions{}};
+};
+
+// The gate turns few good measurements away, which agree with one another.
+TEST(Landmarks, TheTailOfTheNoiseIsNoOtherPlace) {
+  OneObject object;
+  for (int k = 0; k < 1200; ++k) {
+    const bool tail = k % 200 == 100;
+    EXPECT_EQ(object.see(OneObject::off(tail ? 5.2 : 0)).added, !tail);
+  }
+  EXPECT_EQ(object.places(), 1u);
+}
+
+TEST(Landmarks, APlaceThatIsMeasuredNoMoreIsForgotten) {
+  OneObject object;
+  const auto see = [&](double sigmas, int times) {
+    for (int i = 0; i < times; ++i) static_cast<void>(object.see(OneObject::off(sigmas)));
+  };
+  see(0, 100);
+  see(20, 5);
+  EXPECT_EQ(object.placesInUse(), 2u);
+  see(0, 200);
+  EXPECT_EQ(object.placesInUse(), 2u);  // 5 of 205 are no accident
+  see(0, 60);
+  EXPECT_EQ(object.placesInUse(), 1u);
+  see(20, 5);  // and it may come back
+  EXPECT_EQ(object.placesInUse(), 2u);
+}
+
+// Neighbours do not share the measurements of one thing.
+TEST(Landmarks, TheLikelyPlaceTakesWhatIsInsideItsGate) {
+  OneObject object;
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(object.see(OneObject::off(0)));
+  for (int i = 0; i < 3; ++i) EXPECT_FALSE(object.see(OneObject::off(6)));
+  EXPECT_EQ(object.placesInUse(), 2u);
+  EXPECT_TRUE(object.see(OneObject::off(4)));  // nearer to the other one
+  EXPECT_FALSE(object.see(OneObject::off(6)));
+}
+
 TEST(Symmetry, TurnsAMeasurementToTheNearestPose) {
   Numbers numbers(3);
   const Vector3d axis = direction(numbers);
