@@ -40,7 +40,10 @@ size_t ChainSmoother::addObject(const std::string& name, const SE3& T_world_obje
 
 void ChainSmoother::addObservation(size_t pose, const ObjectFactor& factor) {
   awaken(factor.object);
-  graph_.poses[pose].objects.push_back(factor);
+  if (pose != newest()) finishPassBefore(pose);
+  std::vector<ObjectFactor>& seen = graph_.poses[pose].objects;
+  seen.reserve(seen.size() + 1);  // there are many of these lists
+  seen.push_back(factor);
   ObjectState& object = objects_[factor.object];
   object.last_seen = std::max(object.last_seen, pose);
   if (pose != newest()) return replayFrom(pose);
@@ -64,6 +67,7 @@ std::optional<double> ChainSmoother::innovation(size_t pose, const ObjectFactor&
     if (!root_.holds(factor.object)) return std::nullopt;
     return belief_.innovation(pair, root_.position(factor.object));
   }
+  finishPassBefore(pose);
   const RootSystem* saved = savedRoot(pose);
   if (!saved || !saved->holds(factor.object)) return std::nullopt;
   const JointBelief belief(saved->solve(), pose == 0);
@@ -76,49 +80,11 @@ std::optional<double> ChainSmoother::innovation(size_t pose, const ObjectFactor&
 }
 
 void ChainSmoother::update() {
-  solveRoot();
-  if (mayRelinearise()) {
-    backSubstitute(0);
-    poses_at_sweep_ = poseCount();
-    if (movedFar()) relinearise();
-  } else {
-    backSubstitute(newest() - std::min(newest(), saved_.size() - 1));
-    relineariseWindow();
-  }
+  if (++steps_since_solve_ >= options_.solve_every || !belief_.delta().allFinite()) solveRoot();
+  backSubstitute(oldestOfWindow());
+  relineariseWindow();
+  advancePass();
   dropDormant();
-}
-
-double ChainSmoother::relinearise() {
-  backSubstitute(0);
-  double step = 0;
-  const auto retract = [&](SE3& chart, Vector6d& delta) {
-    step = std::max(step, delta.cwiseAbs().maxCoeff());
-    chart = chart * exp(delta);
-    delta.setZero();
-  };
-  for (size_t k = 0; k < poseCount(); ++k) retract(graph_.poses[k].T_world_camera, pose_deltas_[k]);
-  for (size_t j = 0; j < objectCount(); ++j)
-    retract(graph_.objects[j].T_world_object, objects_[j].delta);
-  squares_m_ = squares_rad_ = 0;
-  for (SavedRoot& saved : saved_) saved.valid = false;
-  replayFrom(0);
-  backSubstitute(0);
-  return step;
-}
-
-void ChainSmoother::moveTo(const Graph& values) {
-  for (size_t k = 0; k < poseCount(); ++k) {
-    graph_.poses[k].T_world_camera = values.poses[k].T_world_camera;
-    pose_deltas_[k].setZero();
-  }
-  for (size_t j = 0; j < objectCount(); ++j) {
-    graph_.objects[j].T_world_object = values.objects[j].T_world_object;
-    objects_[j].delta.setZero();
-  }
-  squares_m_ = squares_rad_ = 0;
-  for (SavedRoot& saved : saved_) saved.valid = false;
-  replayFrom(0);
-  backSubstitute(0);
 }
 
 bool ChainSmoother::inWindow(size_t pose) const { return savedRoot(pose) != nullptr; }
@@ -164,6 +130,14 @@ ChainSmoother::PairCovariance ChainSmoother::covarianceWith(size_t object) const
   return out;
 }
 
+Matrix6d ChainSmoother::objectCovariance(size_t object) const {
+  const ObjectState& state = objects_[object];
+  if (!root_.holds(object)) return state.dormant_P;
+  const Eigen::Index at = root_.position(object);
+  const Matrix6d J = rightJacobian(state.delta);
+  return J * belief_.P().block<6, 6>(at, at) * J.transpose();
+}
+
 // ----------------------------------------------------------------- the forward pass
 
 ChartPair ChainSmoother::odometryPair(size_t from) const {
@@ -174,10 +148,14 @@ ChartPair ChainSmoother::odometryPair(size_t from) const {
   return out;
 }
 
-ChartPair ChainSmoother::objectPair(size_t pose, const ObjectFactor& factor) const {
+ChartPair ChainSmoother::objectPair(size_t pose, const ObjectFactor& factor,
+                                    const Pass* pass) const {
+  const bool anew = pass && factor.object < pass->objects.size();
   const LinearisedPair pair =
-      linearise(factor, graph_.object_kernel, T_world_camera(pose), T_world_object(factor.object));
-  ChartPair out = inCharts(pair, pose_deltas_[pose], objects_[factor.object].delta);
+      linearise(factor, graph_.object_kernel, T_world_camera(pose),
+                anew ? pass->objects[factor.object] : T_world_object(factor.object));
+  ChartPair out =
+      inCharts(pair, pose_deltas_[pose], anew ? Vector6d::Zero() : objects_[factor.object].delta);
   if (pose == 0) out.J_a.setZero();
   return out;
 }
@@ -198,14 +176,14 @@ const RootSystem* ChainSmoother::savedRoot(size_t pose) const {
 }
 
 // What is seen from a pose, and the objects that are let go there.
-void ChainSmoother::settle(size_t pose) {
+void ChainSmoother::settle(RootSystem& root, size_t pose, const Pass* pass) {
   for (const ObjectFactor& factor : graph_.poses[pose].objects) {
-    if (!root_.holds(factor.object)) root_.addObject(factor.object);
-    root_.absorb(objectPair(pose, factor), factor.object);
+    if (!root.holds(factor.object)) root.addObject(factor.object);
+    root.absorb(objectPair(pose, factor, pass), factor.object);
   }
   const auto drops = drops_.find(pose);
   if (drops == drops_.end()) return;
-  for (Drop& drop : drops->second.drops) drop.clique = root_.eliminate(drop.object);
+  for (Drop& drop : drops->second.drops) drop.clique = root.eliminate(drop.object);
 }
 
 void ChainSmoother::replayFrom(size_t pose) {
@@ -217,19 +195,25 @@ void ChainSmoother::replayFrom(size_t pose) {
   } else {
     root_ = RootSystem(*saved);
   }
-  settle(pose);
+  replayOn(pose);
+}
+
+// Goes on to the newest pose from a root as of arriving at `pose`.
+void ChainSmoother::replayOn(size_t pose) {
+  settle(root_, pose);
   for (; pose < newest(); ++pose) {
     cliques_[pose] = root_.advance(odometryPair(pose));
     const auto drops = drops_.find(pose + 1);
     if (drops != drops_.end()) drops->second.before = root_;
     saveRoot(pose + 1);
-    settle(pose + 1);
+    settle(root_, pose + 1);
   }
   solveRoot();
 }
 
 void ChainSmoother::solveRoot() {
   belief_ = JointBelief(root_.solve(), newest() == 0);
+  steps_since_solve_ = 0;
   takeOver();
 }
 
@@ -246,6 +230,7 @@ void ChainSmoother::awaken(size_t object) {
   ObjectState& state = objects_[object];
   if (!state.dropped_at) return;
   const size_t pose = *state.dropped_at;
+  finishPassBefore(pose);
   std::vector<Drop>& drops = drops_.at(pose).drops;
   std::erase_if(drops, [&](const Drop& drop) { return drop.object == object; });
   state.dropped_at.reset();
@@ -281,76 +266,6 @@ void ChainSmoother::dropDormant() {
     drops->second.drops.push_back({*object, root_.eliminate(*object)});
     dropped = true;
     belief_ = JointBelief(root_.solve(), newest() == 0);
-  }
-}
-
-// ----------------------------------------------------------------- the backward pass
-
-void ChainSmoother::backSubstitute(size_t oldest) {
-  const bool everything = oldest == 0;
-  for (size_t k = newest(); k-- > oldest;) {
-    const auto drops = drops_.find(k + 1);
-    if (drops != drops_.end())
-      for (auto drop = drops->second.drops.rbegin(); drop != drops->second.drops.rend(); ++drop)
-        objects_[drop->object].delta = solveClique(drop->clique, pose_deltas_[k + 1]);
-    const Vector6d delta = solveClique(cliques_[k], pose_deltas_[k + 1]);
-    const double change = (delta - pose_deltas_[k]).cwiseAbs().maxCoeff();
-    setPoseDelta(k, delta);
-    if (!everything && change < options_.wildfire) return;
-  }
-}
-
-Vector6d ChainSmoother::solveClique(const Clique& clique, const Vector6d& camera) const {
-  Vector6d rest = clique.d;
-  rest.noalias() -= clique.S.leftCols<6>() * camera;
-  Eigen::Index at = 6;
-  for (size_t object : *clique.slots) {
-    rest.noalias() -= clique.S.middleCols<6>(at) * objects_[object].delta;
-    at += 6;
-  }
-  return clique.R.triangularView<Eigen::Upper>().solve(rest);
-}
-
-// ----------------------------------------------------------------- relinearisation
-
-void ChainSmoother::setPoseDelta(size_t pose, const Vector6d& delta) {
-  Vector6d& old = pose_deltas_[pose];
-  squares_m_ += delta.head<3>().squaredNorm() - old.head<3>().squaredNorm();
-  squares_rad_ += delta.tail<3>().squaredNorm() - old.tail<3>().squaredNorm();
-  old = delta;
-}
-
-bool ChainSmoother::mayRelinearise() const {
-  return static_cast<double>(poseCount() - poses_at_sweep_) >=
-         options_.relinearise_growth * static_cast<double>(poseCount());
-}
-
-bool ChainSmoother::movedFar() const {
-  const double poses = static_cast<double>(poseCount());
-  const auto far = [&](const Vector6d& delta) {
-    return delta.head<3>().norm() > options_.relinearise_m ||
-           delta.tail<3>().norm() > options_.relinearise_rad;
-  };
-  for (size_t object : root_.slots())
-    if (far(objects_[object].delta)) return true;
-  return squares_m_ > poses * options_.relinearise_m * options_.relinearise_m ||
-         squares_rad_ > poses * options_.relinearise_rad * options_.relinearise_rad;
-}
-
-// The newest poses from the oldest one of the window that moved too far; objects stay in their
-// charts.
-void ChainSmoother::relineariseWindow() {
-  const size_t window = std::min(saved_.size() - 1, newest());
-  for (size_t k = poseCount() - window; k < poseCount(); ++k) {
-    if (pose_deltas_[k].cwiseAbs().maxCoeff() <= options_.relinearise_window) continue;
-    if (k == 0 || !savedRoot(k - 1)) continue;
-    for (size_t i = k; i < poseCount(); ++i) {
-      graph_.poses[i].T_world_camera = T_world_camera(i);
-      setPoseDelta(i, Vector6d::Zero());
-    }
-    replayFrom(k - 1);
-    backSubstitute(poseCount() - window - 1);
-    return;
   }
 }
 

@@ -4,7 +4,9 @@
 // seen from the new pose, and solves the root; that gives the exact joint covariance of the newest
 // pose and the objects in use. Older poses follow by back-substitution as far down as they change.
 // Residuals are linearised where their variables stand at that time. When variables have moved far
-// from their charts, the newest poses are done anew from a stored root, or all of them.
+// from their charts, the newest poses are done anew from a stored root, or all of them: by a pass
+// that does some of the old poses in each step, beside the chain in use, and takes its place when
+// it arrives at the newest pose. So no step costs much more than another.
 //
 // Objects that were not seen for long can be eliminated, too, when there are many; one that comes
 // back is brought back by a replay from where it went, and everything is as if it had never gone.
@@ -32,11 +34,16 @@ struct SmootherOptions {
   // A pose of the window that moved so far from its chart (m, rad) is linearised anew.
   double relinearise_window = 0.01;
   // Everything is, when an object or the poses (root mean square) moved so far, but only after at
-  // least this part of the trajectory has been added since: that keeps the mean cost of a step
-  // constant.
+  // least this part of the trajectory has been added since that was looked at last.
   double relinearise_m = 0.02;
   double relinearise_rad = 0.02;
   double relinearise_growth = 0.05;
+  // So many poses a step are linearised anew in a pass over everything; four times as many are
+  // back-substituted, which costs much less, before it is known whether they moved.
+  int pass_poses = 32;
+  // The root is solved after so many steps at least. Between, the belief is carried on in
+  // covariance form, which is the same but for rounding.
+  int solve_every = 16;
   // With more objects than `active_objects`, those that were not seen in this many poses are
   // eliminated.
   int active_objects = 16;
@@ -50,6 +57,8 @@ struct SmootherOptions {
     v("relinearise_m", relinearise_m, kPositive);
     v("relinearise_rad", relinearise_rad, kPositive);
     v("relinearise_growth", relinearise_growth, kNotNegative);
+    v("pass_poses", pass_poses, Range{1, 1000000});
+    v("solve_every", solve_every, Range{1, 1000});
     v("active_objects", active_objects, Range{1, 1000000});
     v("dormant_after_poses", dormant_after_poses, Range{1, 1000000000});
   }
@@ -78,10 +87,10 @@ class ChainSmoother {
   // than the window.
   std::optional<double> innovation(size_t pose, const ObjectFactor& factor);
 
-  // Solves the root, back-substitutes, linearises anew what moved too far.
+  // Back-substitutes, linearises anew what moved too far.
   void update();
   // Brings all poses up to date; after update() those of the window are.
-  void sweep() { backSubstitute(0); }
+  void sweep();
   // One Gauss-Newton step over everything. Returns the largest step (m, rad).
   double relinearise();
   // Takes over the values of another solution of the same graph and linearises there.
@@ -108,6 +117,7 @@ class ChainSmoother {
     Matrix6d camera, cross, object;
   };
   PairCovariance covarianceWith(size_t object) const;
+  Matrix6d objectCovariance(size_t object) const;  // of these, the object's alone
   bool isActive(size_t object) const { return root_.holds(object); }
 
  private:
@@ -132,24 +142,43 @@ class ChainSmoother {
     RootSystem root;
   };
 
+  // A pass over everything, a part in each step: back over all poses, to see how far they moved,
+  // and, when that was far, forward again. What the forward part has passed stands in the new
+  // charts of objects; the window, and all that is read between, in the old ones until it arrives.
+  struct Pass {
+    enum class Stage { kIdle, kBack, kForward } stage = Stage::kIdle;
+    size_t at = 0;             // back: poses from here on are done; forward: poses before are
+    RootSystem root;           // as of arriving at `at`
+    std::vector<SE3> objects;  // the new charts
+  };
+
   size_t newest() const { return graph_.poses.size() - 1; }
+  size_t oldestOfWindow() const { return newest() - std::min(newest(), saved_.size() - 1); }
   ChartPair odometryPair(size_t from) const;
-  ChartPair objectPair(size_t pose, const ObjectFactor& factor) const;
+  ChartPair objectPair(size_t pose, const ObjectFactor& factor, const Pass* pass = nullptr) const;
   void saveRoot(size_t pose);
   const RootSystem* savedRoot(size_t pose) const;
-  void settle(size_t pose);
+  void settle(RootSystem& root, size_t pose, const Pass* pass = nullptr);
   void replayFrom(size_t pose);
+  void replayOn(size_t pose);
   void solveRoot();
   void takeOver();
   void awaken(size_t object);
   void dropDormant();
   std::optional<size_t> nextToDrop() const;
   void backSubstitute(size_t oldest);
+  double backSubstituteOne(size_t pose);
   Vector6d solveClique(const Clique& clique, const Vector6d& camera) const;
   void setPoseDelta(size_t pose, const Vector6d& delta);
-  bool mayRelinearise() const;
   bool movedFar() const;
   void relineariseWindow();
+  void relinearisePose(size_t pose);
+  void startOver();
+  void advancePass();
+  void passBack();
+  void passForward();
+  void finishPass();
+  void finishPassBefore(size_t pose);
 
   SmootherOptions options_;
   Graph graph_;  // charts
@@ -160,7 +189,9 @@ class ChainSmoother {
   std::vector<SavedRoot> saved_;
   RootSystem root_;
   JointBelief belief_;
-  size_t poses_at_sweep_ = 0;
+  int steps_since_solve_ = 0;
+  Pass pass_;
+  size_t poses_at_pass_ = 0;
   double squares_m_ = 0, squares_rad_ = 0;  // sums over pose_deltas_
 };
 

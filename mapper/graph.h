@@ -23,7 +23,7 @@ struct ObjectNode {
 };
 
 struct Graph {
-  std::vector<PoseNode> poses;          // the first is fixed
+  std::deque<PoseNode> poses;           // the first is fixed
   std::deque<OdometryFactor> odometry;  // [k] between poses k and k + 1
   std::vector<ObjectNode> objects;
   RobustKernel object_kernel, odometry_kernel;

@@ -44,11 +44,11 @@ double JointBelief::innovation(const ChartPair& pair, Eigen::Index at) const {
 }
 
 void JointBelief::absorb(const ChartPair& pair, Eigen::Index at) {
-  const Gain gain = gainOf(pair, at);
+  Gain gain = gainOf(pair, at);
   const Eigen::LLT<Matrix6d> llt(gain.S);  // at least the identity
-  const Eigen::Matrix<double, 6, Eigen::Dynamic> half = llt.matrixL().solve(gain.PHt.transpose());
-  delta_.noalias() -= half.transpose() * Vector6d(llt.matrixL().solve(gain.nu));
-  P_.noalias() -= half.transpose().lazyProduct(half);
+  divideByTranspose(gain.PHt, llt.matrixLLT());
+  delta_.noalias() -= gain.PHt.lazyProduct(Vector6d(llt.matrixL().solve(gain.nu)));
+  P_.noalias() -= gain.PHt.lazyProduct(gain.PHt.transpose());
 }
 
 }  // namespace diorama

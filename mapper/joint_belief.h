@@ -30,7 +30,7 @@ class JointBelief {
 
  private:
   struct Gain {
-    Eigen::Matrix<double, Eigen::Dynamic, 6> PHt;
+    Columns6d PHt;
     Matrix6d S;
     Vector6d nu;
   };

@@ -108,7 +108,7 @@ class Mapper::Impl {
     for (const std::string& label : landmarks_.labels()) {
       const size_t object = *landmarks_.best(label);
       map.objects.push_back(
-          {label, smoother_.T_world_object(object), smoother_.covarianceWith(object).object});
+          {label, smoother_.T_world_object(object), smoother_.objectCovariance(object)});
     }
     return map;
   }

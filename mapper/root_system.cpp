@@ -71,8 +71,15 @@ void RootSystem::absorb(const ChartPair& pair, size_t object) {
   b_.segment<6>(at).noalias() -= pair.J_b.transpose() * pair.r;
 }
 
+void divideByTranspose(Columns6d& B, const Matrix6d& L) {
+  for (Eigen::Index j = 0; j < 6; ++j) {
+    for (Eigen::Index i = 0; i < j; ++i) B.col(j) -= L(j, i) * B.col(i);
+    B.col(j) *= 1 / L(j, j);
+  }
+}
+
 // With A11 = L L^T: S = L^-1 A12, A22 <- A22 - S^T S, b2 <- b2 - S^T L^-1 b1, where 1 is the camera
-// and 2 the next pose, which had no entries before, and the objects.
+// and 2 the next pose, which had no entries before, and the objects. St is S^T: long columns.
 Clique RootSystem::advance(const ChartPair& odometry) {
   const Eigen::Index objects = size() - 6;
   Matrix6d A11 = A_.topLeftCorner<6, 6>();
@@ -80,26 +87,20 @@ Clique RootSystem::advance(const ChartPair& odometry) {
   Vector6d b1 = b_.head<6>();
   b1.noalias() -= odometry.J_a.transpose() * odometry.r;
   const Eigen::LLT<Matrix6d> llt = factorise(A11);
-  Clique clique;
-  clique.R = llt.matrixU();
-  clique.slots = slots_;
-  clique.S.resize(6, 6 + objects);
-  clique.S.leftCols<6>().noalias() = odometry.J_a.transpose() * odometry.J_b;
-  clique.S.rightCols(objects) = A_.topRightCorner(6, objects);
-  llt.matrixL().solveInPlace(clique.S);
-  clique.d = llt.matrixL().solve(b1);
+  Columns6d St(size(), 6);
+  St.topRows<6>().noalias() = odometry.J_b.transpose() * odometry.J_a;
+  St.bottomRows(objects) = A_.bottomLeftCorner(objects, 6);
+  divideByTranspose(St, llt.matrixLLT());
+  const Vector6d d = llt.matrixL().solve(b1);
 
-  const Matrix6d S_next = clique.S.leftCols<6>();
-  const auto S_objects = clique.S.rightCols(objects);
+  A_.leftCols<6>().setZero();
+  A_.topRows<6>().setZero();
   A_.topLeftCorner<6, 6>().noalias() = odometry.J_b.transpose() * odometry.J_b;
-  A_.topLeftCorner<6, 6>().noalias() -= S_next.transpose() * S_next;
-  A_.topRightCorner(6, objects).noalias() = -S_next.transpose() * S_objects;
-  A_.bottomLeftCorner(objects, 6) = A_.topRightCorner(6, objects).transpose();
-  A_.bottomRightCorner(objects, objects).noalias() -= S_objects.transpose().lazyProduct(S_objects);
+  A_.noalias() -= St.lazyProduct(St.transpose());
   b_.head<6>().noalias() = -odometry.J_b.transpose() * odometry.r;
-  b_.head<6>().noalias() -= S_next.transpose() * clique.d;
-  b_.tail(objects).noalias() -= S_objects.transpose() * clique.d;
-  return clique;
+  b_.noalias() -= St.lazyProduct(d);
+  return {Matrix6d(llt.matrixU()).cast<float>(), St.transpose().cast<float>(), d.cast<float>(),
+          slots_};
 }
 
 Clique RootSystem::eliminate(size_t object) {
@@ -112,17 +113,14 @@ Clique RootSystem::eliminate(size_t object) {
   Eigen::VectorXd b2(rest);
   b2 << b_.head(at), b_.tail(behind);
 
-  Clique clique;
-  clique.R = llt.matrixU();
-  clique.S = llt.matrixL().solve(A12);
-  clique.d = llt.matrixL().solve(Vector6d(b_.segment<6>(at)));
-  A_ = A22 - clique.S.transpose() * clique.S;
-  b_ = b2 - clique.S.transpose() * clique.d;
+  const Eigen::Matrix<double, 6, Eigen::Dynamic> S = llt.matrixL().solve(A12);
+  const Vector6d d = llt.matrixL().solve(Vector6d(b_.segment<6>(at)));
+  A_ = A22 - S.transpose() * S;
+  b_ = b2 - S.transpose() * d;
   ObjectSlots slots = *slots_;
   slots.erase(std::find(slots.begin(), slots.end(), object));
   slots_ = std::make_shared<const ObjectSlots>(std::move(slots));
-  clique.slots = slots_;
-  return clique;
+  return {Matrix6d(llt.matrixU()).cast<float>(), S.cast<float>(), d.cast<float>(), slots_};
 }
 
 RootSystem::Solution RootSystem::solve() const {

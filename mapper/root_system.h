@@ -17,11 +17,13 @@ namespace diorama {
 
 using ObjectSlots = std::vector<size_t>;  // numbers of the objects behind the camera's block
 
-// A variable that was eliminated: R delta = d - S delta_separator.
+// A variable that was eliminated: R delta = d - S delta_separator. In single precision, since there
+// is one per pose: its rounding is relative to deltas, which go to zero as everything is linearised
+// where it stands.
 struct Clique {
-  Matrix6d R;                                  // upper triangular
-  Eigen::Matrix<double, 6, Eigen::Dynamic> S;  // a camera pose, then the objects of `slots`
-  Vector6d d;
+  Eigen::Matrix<float, 6, 6> R;               // upper triangular
+  Eigen::Matrix<float, 6, Eigen::Dynamic> S;  // a camera pose, then the objects of `slots`
+  Eigen::Matrix<float, 6, 1> d;
   std::shared_ptr<const ObjectSlots> slots;
 };
 
@@ -34,6 +36,11 @@ struct ChartPair {
 // From a residual linearised where its variables stand, T Exp(eps) with T = X Exp(delta0): in the
 // chart eps = Jr(delta0) (delta - delta0) to first order.
 ChartPair inCharts(const LinearisedPair& pair, const Vector6d& delta_a, const Vector6d& delta_b);
+
+using Columns6d = Eigen::Matrix<double, Eigen::Dynamic, 6>;
+
+// B <- B L^-T for a lower triangular L, column by column.
+void divideByTranspose(Columns6d& B, const Matrix6d& L);
 
 class RootSystem {
  public:

@@ -149,6 +149,14 @@ std::vector<Case> cases() {
   SmootherOptions tight;
   tight.active_objects = 3;
   tight.dormant_after_poses = 20;
+  SmootherOptions restless;  // a pass over everything is always under way
+  restless.window_poses = 8;
+  restless.pass_poses = 3;
+  restless.relinearise_m = restless.relinearise_rad = 1e-9;
+  restless.relinearise_growth = 0;
+  SmootherOptions restless_and_tight = restless;
+  restless_and_tight.active_objects = 3;
+  restless_and_tight.dormant_after_poses = 20;
   return {{"few", few, {}},
           {"a gap", gap, {}},
           {"a return after drift", drifting, {}},
@@ -157,6 +165,11 @@ std::vector<Case> cases() {
           {"measurements later than the window", few, {.late = 0.05, .delay_poses = 90}},
           {"objects that sleep", many, {.smoother = tight}},
           {"objects that sleep, late measurements", many, {.late = 0.2, .smoother = tight}},
+          {"passes", drifting, {.smoother = restless}},
+          {"passes, late measurements", few, {.late = 0.3, .delay_poses = 5, .smoother = restless}},
+          {"passes, measurements later than the window", few, {.late = 0.05, .smoother = restless}},
+          {"passes, an object that appears late", few, {.appears_at = 90, .smoother = restless}},
+          {"passes, objects that sleep", many, {.late = 0.2, .smoother = restless_and_tight}},
           {"kernel", few, {.kernel = "cauchy_tail"}}};
 }
 
@@ -185,6 +198,25 @@ TEST(ChainSmoother, OnlineIsNearTheOptimum) {
                 57.3 * angleBetween(online.rotation, best.rotation));
     EXPECT_THAT(online, PoseNear(best, 2e-4, 5e-4)) << c.name;
   }
+}
+
+// A pass over everything takes the chain's place on its way: no pose is read in between that stands
+// in charts of two kinds.
+TEST(ChainSmoother, PassesGoOnBesideTheChainInUse) {
+  SmootherOptions options;
+  options.window_poses = 8;
+  options.relinearise_m = options.relinearise_rad = 1e-9;
+  options.relinearise_growth = 0;
+  const SyntheticGraph graph = makeGraph({.poses = 300, .objects = 3, .visible = 0.6}, 8);
+  options.pass_poses = 1000;  // in one go
+  Feeder at_once(graph, {.smoother = options}, 1);
+  options.pass_poses = 2;
+  Feeder in_parts(graph, {.smoother = options}, 1);
+  at_once.feedAll();
+  in_parts.feedAll();
+  for (size_t k = 0; k < 300; ++k)
+    EXPECT_THAT(in_parts.smoother.T_world_camera(k),
+                PoseNear(at_once.smoother.T_world_camera(k), 1e-5, 1e-5));
 }
 
 // A late measurement gives what it would have given in time.
