@@ -9,16 +9,26 @@ namespace {
 // Poses that are back-substituted in the time that linearising one anew takes.
 constexpr size_t kBackPerForward = 4;
 
+// Poses behind the window move with the objects. They are looked at when an object has moved by
+// this part of what makes it worth while to linearise everything anew.
+constexpr double kWorthALook = 0.25;
+
+bool isFar(const Vector6d& delta, double limit_m, double limit_rad) {
+  return delta.head<3>().norm() > limit_m || delta.tail<3>().norm() > limit_rad;
+}
+
 }  // namespace
 
 // ----------------------------------------------------------------- the backward pass
 
-void ChainSmoother::backSubstitute(size_t oldest) {
+// Returns whether the oldest one still changed.
+bool ChainSmoother::backSubstitute(size_t oldest) {
   const bool everything = oldest == 0;
   for (size_t k = newest(); k-- > oldest;) {
     const double change = backSubstituteOne(k);
-    if (!everything && change < options_.wildfire) return;
+    if (!everything && change < options_.wildfire) return false;
   }
+  return true;
 }
 
 // A pose, and the objects that were let go at the one after it. Returns how much it changed.
@@ -42,8 +52,7 @@ Vector6d ChainSmoother::solveClique(const Clique& clique, const Vector6d& camera
   };
   subtract(camera);
   for (size_t object : *clique.slots) subtract(objects_[object].delta);
-  const Matrix6d R = clique.R.cast<double>();
-  return R.triangularView<Eigen::Upper>().solve(rest);
+  return rest;
 }
 
 void ChainSmoother::setPoseDelta(size_t pose, const Vector6d& delta) {
@@ -62,14 +71,20 @@ void ChainSmoother::sweep() {
 
 bool ChainSmoother::movedFar() const {
   const double poses = static_cast<double>(poseCount());
-  const auto far = [&](const Vector6d& delta) {
-    return delta.head<3>().norm() > options_.relinearise_m ||
-           delta.tail<3>().norm() > options_.relinearise_rad;
-  };
   for (size_t object : root_.slots())
-    if (far(objects_[object].delta)) return true;
+    if (isFar(objects_[object].delta, options_.relinearise_m, options_.relinearise_rad))
+      return true;
   return squares_m_ > poses * options_.relinearise_m * options_.relinearise_m ||
          squares_rad_ > poses * options_.relinearise_rad * options_.relinearise_rad;
+}
+
+bool ChainSmoother::mayHaveMoved() const {
+  const auto moved = [&](size_t object) {
+    return isFar(objects_[object].delta - objects_[object].looked,
+                 kWorthALook * options_.relinearise_m, kWorthALook * options_.relinearise_rad);
+  };
+  return older_moved_ || movedFar() ||
+         std::any_of(root_.slots().begin(), root_.slots().end(), moved);
 }
 
 void ChainSmoother::relinearisePose(size_t pose) {
@@ -122,6 +137,8 @@ void ChainSmoother::moveTo(const Graph& values) {
 void ChainSmoother::startOver() {
   pass_ = {};
   poses_at_pass_ = poseCount();
+  older_moved_ = false;
+  for (ObjectState& object : objects_) object.looked.setZero();
   squares_m_ = squares_rad_ = 0;
   for (SavedRoot& saved : saved_) saved.valid = false;
   replayFrom(0);
@@ -134,9 +151,12 @@ void ChainSmoother::advancePass() {
   if (pass_.stage == Pass::Stage::kIdle) {
     const double added = static_cast<double>(poseCount() - poses_at_pass_);
     if (added < options_.relinearise_growth * static_cast<double>(poseCount())) return;
+    if (!mayHaveMoved()) return;
+    poses_at_pass_ = poseCount();
+    older_moved_ = false;
+    for (ObjectState& object : objects_) object.looked = object.delta;
     pass_.stage = Pass::Stage::kBack;
     pass_.at = newest();
-    poses_at_pass_ = poseCount();
   }
   if (pass_.stage == Pass::Stage::kBack) passBack();
   if (pass_.stage == Pass::Stage::kForward) passForward();
@@ -172,6 +192,7 @@ void ChainSmoother::finishPass() {
     const SE3 T = T_world_object(j);
     graph_.objects[j].T_world_object = pass.objects[j];
     objects_[j].delta = log(pass.objects[j].inverse() * T);
+    objects_[j].looked.setZero();
   }
   for (size_t k = pass.at + 1; k < poseCount(); ++k) relinearisePose(k);
   for (SavedRoot& saved : saved_) saved.valid = false;

@@ -81,7 +81,7 @@ std::optional<double> ChainSmoother::innovation(size_t pose, const ObjectFactor&
 
 void ChainSmoother::update() {
   if (++steps_since_solve_ >= options_.solve_every || !belief_.delta().allFinite()) solveRoot();
-  backSubstitute(oldestOfWindow());
+  if (backSubstitute(oldestOfWindow())) older_moved_ = true;
   relineariseWindow();
   advancePass();
   dropDormant();

@@ -122,8 +122,9 @@ class ChainSmoother {
 
  private:
   struct ObjectState {
-    Vector6d delta = Vector6d::Zero();  // from the chart in graph_
-    size_t last_seen = 0;               // pose
+    Vector6d delta = Vector6d::Zero();   // from the chart in graph_
+    Vector6d looked = Vector6d::Zero();  // the same when a pass began last
+    size_t last_seen = 0;                // pose
     bool released = false;
     std::optional<size_t> dropped_at = {};  // pose after which it was eliminated
     Matrix6d dormant_P = Matrix6d::Identity();
@@ -142,7 +143,7 @@ class ChainSmoother {
     RootSystem root;
   };
 
-  // A pass over everything, a part in each step: back over all poses, to see how far they moved,
+  // A pass over everything, a part in each step: back over all poses, when they may have moved,
   // and, when that was far, forward again. What the forward part has passed stands in the new
   // charts of objects; the window, and all that is read between, in the old ones until it arrives.
   struct Pass {
@@ -166,11 +167,12 @@ class ChainSmoother {
   void awaken(size_t object);
   void dropDormant();
   std::optional<size_t> nextToDrop() const;
-  void backSubstitute(size_t oldest);
+  bool backSubstitute(size_t oldest);
   double backSubstituteOne(size_t pose);
   Vector6d solveClique(const Clique& clique, const Vector6d& camera) const;
   void setPoseDelta(size_t pose, const Vector6d& delta);
   bool movedFar() const;
+  bool mayHaveMoved() const;
   void relineariseWindow();
   void relinearisePose(size_t pose);
   void startOver();
@@ -192,6 +194,7 @@ class ChainSmoother {
   int steps_since_solve_ = 0;
   Pass pass_;
   size_t poses_at_pass_ = 0;
+  bool older_moved_ = false;                // than the window, since then
   double squares_m_ = 0, squares_rad_ = 0;  // sums over pose_deltas_
 };
 

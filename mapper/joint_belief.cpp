@@ -48,7 +48,7 @@ void JointBelief::absorb(const ChartPair& pair, Eigen::Index at) {
   const Eigen::LLT<Matrix6d> llt(gain.S);  // at least the identity
   divideByTranspose(gain.PHt, llt.matrixLLT());
   delta_.noalias() -= gain.PHt.lazyProduct(Vector6d(llt.matrixL().solve(gain.nu)));
-  P_.noalias() -= gain.PHt.lazyProduct(gain.PHt.transpose());
+  subtractSquare(P_, gain.PHt);
 }
 
 }  // namespace diorama

@@ -78,6 +78,26 @@ void divideByTranspose(Columns6d& B, const Matrix6d& L) {
   }
 }
 
+void divide(Columns6d& B, const Matrix6d& L) {
+  for (Eigen::Index j = 6; j-- > 0;) {
+    for (Eigen::Index i = j + 1; i < 6; ++i) B.col(j) -= L(i, j) * B.col(i);
+    B.col(j) *= 1 / L(j, j);
+  }
+}
+
+// Written out, since the library's products are made for larger or for fixed sizes.
+void subtractSquare(Eigen::MatrixXd& A, const Columns6d& B) {
+  const Eigen::Index size = B.rows();
+  const double* b = B.data();
+  for (Eigen::Index j = 0; j < size; ++j) {
+    double* a = A.col(j).data();
+    const Vector6d w = B.row(j);
+    for (Eigen::Index i = 0; i < size; ++i)
+      a[i] -= w[0] * b[i] + w[1] * b[i + size] + w[2] * b[i + 2 * size] + w[3] * b[i + 3 * size] +
+              w[4] * b[i + 4 * size] + w[5] * b[i + 5 * size];
+  }
+}
+
 // With A11 = L L^T: S = L^-1 A12, A22 <- A22 - S^T S, b2 <- b2 - S^T L^-1 b1, where 1 is the camera
 // and 2 the next pose, which had no entries before, and the objects. St is S^T: long columns.
 Clique RootSystem::advance(const ChartPair& odometry) {
@@ -96,11 +116,11 @@ Clique RootSystem::advance(const ChartPair& odometry) {
   A_.leftCols<6>().setZero();
   A_.topRows<6>().setZero();
   A_.topLeftCorner<6, 6>().noalias() = odometry.J_b.transpose() * odometry.J_b;
-  A_.noalias() -= St.lazyProduct(St.transpose());
+  subtractSquare(A_, St);
   b_.head<6>().noalias() = -odometry.J_b.transpose() * odometry.r;
   b_.noalias() -= St.lazyProduct(d);
-  return {Matrix6d(llt.matrixU()).cast<float>(), St.transpose().cast<float>(), d.cast<float>(),
-          slots_};
+  divide(St, llt.matrixLLT());
+  return {St.transpose().cast<float>(), Vector6d(llt.matrixU().solve(d)).cast<float>(), slots_};
 }
 
 Clique RootSystem::eliminate(size_t object) {
@@ -120,7 +140,8 @@ Clique RootSystem::eliminate(size_t object) {
   ObjectSlots slots = *slots_;
   slots.erase(std::find(slots.begin(), slots.end(), object));
   slots_ = std::make_shared<const ObjectSlots>(std::move(slots));
-  return {Matrix6d(llt.matrixU()).cast<float>(), S.cast<float>(), d.cast<float>(), slots_};
+  return {llt.matrixU().solve(S).cast<float>(), Vector6d(llt.matrixU().solve(d)).cast<float>(),
+          slots_};
 }
 
 RootSystem::Solution RootSystem::solve() const {

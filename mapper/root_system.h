@@ -17,12 +17,11 @@ namespace diorama {
 
 using ObjectSlots = std::vector<size_t>;  // numbers of the objects behind the camera's block
 
-// A variable that was eliminated: R delta = d - S delta_separator. In single precision, since there
+// A variable that was eliminated: delta = d - S delta_separator. In single precision, since there
 // is one per pose: its rounding is relative to deltas, which go to zero as everything is linearised
 // where it stands.
 struct Clique {
-  Eigen::Matrix<float, 6, 6> R;               // upper triangular
-  Eigen::Matrix<float, 6, Eigen::Dynamic> S;  // a camera pose, then the objects of `slots`
+  Eigen::Matrix<float, 6, Eigen::Dynamic> S;  // by a camera pose, then by the objects of `slots`
   Eigen::Matrix<float, 6, 1> d;
   std::shared_ptr<const ObjectSlots> slots;
 };
@@ -37,10 +36,11 @@ struct ChartPair {
 // chart eps = Jr(delta0) (delta - delta0) to first order.
 ChartPair inCharts(const LinearisedPair& pair, const Vector6d& delta_a, const Vector6d& delta_b);
 
+// Blocks with long columns, for what is done once per measurement.
 using Columns6d = Eigen::Matrix<double, Eigen::Dynamic, 6>;
-
-// B <- B L^-T for a lower triangular L, column by column.
-void divideByTranspose(Columns6d& B, const Matrix6d& L);
+void divideByTranspose(Columns6d& B, const Matrix6d& L);      // B <- B L^-T, L lower triangular
+void divide(Columns6d& B, const Matrix6d& L);                 // B <- B L^-1
+void subtractSquare(Eigen::MatrixXd& A, const Columns6d& B);  // A <- A - B B^T
 
 class RootSystem {
  public:
