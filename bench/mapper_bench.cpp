@@ -1,10 +1,14 @@
 // One step of the map with five objects, of which 60% are measured in each frame: odometry, gate,
 // smoothing, joint covariance. The trajectory is as long as the name says when timing begins.
-// Beside it one iteration of Ceres over the same graph, with the same covariance.
+// Beside it one iteration of Ceres over the same graph, with the same covariance, and a whole run
+// step by step: whether time and memory stay flat, and how long the longest steps are.
 #include <benchmark/benchmark.h>
-#include <sys/resource.h>
+#include <malloc.h>
 
+#include <algorithm>
 #include <cmath>
+#include <ctime>
+#include <numeric>
 
 #include "core/random.h"
 #include "mapper/graph_solver.h"
@@ -74,20 +78,21 @@ void step(Mapper& mapper, int k, const std::optional<OdometryMeasurement>& odome
   benchmark::DoNotOptimize(mapper.update());
 }
 
-double memoryMb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
+// Heap in use; the measurements are made anew for each step and count for nothing. (The size of the
+// process would count what earlier benchmarks left behind, and not what they made room for.)
+double memoryKb() {
+  const struct mallinfo2 info = mallinfo2();
+  return static_cast<double>(info.uordblks + info.hblkhd) / 1024;
 }
 
 void BM_SmootherStep(benchmark::State& state) {
   const int poses = static_cast<int>(state.range(0));
   const Orbit orbit;
-  const double before = memoryMb();
+  const double before = memoryKb();
   Mapper mapper;
   for (int k = 0; k < poses; ++k)
     step(mapper, k, k ? std::optional(orbit.odometry(k)) : std::nullopt, orbit.objects(k));
-  state.counters["kB_per_pose"] = 1024 * (memoryMb() - before) / poses;
+  state.counters["kB_per_pose"] = (memoryKb() - before) / poses;
   int k = poses;
   for (auto _ : state) {
     state.PauseTiming();
@@ -104,6 +109,66 @@ BENCHMARK(BM_SmootherStep)
     ->Arg(20000)
     ->Iterations(1000)
     ->Unit(benchmark::kMillisecond);
+
+double cpuMs() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+}
+
+// Slope of a line through the values, in percent of their mean.
+double slopePercent(const std::vector<double>& values) {
+  const double n = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+  double xy = 0, xx = 0;
+  for (size_t i = 0; i < values.size(); ++i) {
+    const double x = static_cast<double>(i) - (n - 1) / 2;
+    xy += x * (values[i] - mean);
+    xx += x * x;
+  }
+  return 100 * xy / xx / mean;
+}
+
+// A run from its first step on. Slopes are by 1000 steps, the first 1000 left out, of the mean time
+// of a step and of the memory that 1000 poses add.
+void BM_SmootherRun(benchmark::State& state) {
+  constexpr int kBlock = 1000;
+  const int poses = static_cast<int>(state.range(0));
+  const Orbit orbit;
+  for (auto _ : state) {
+    std::vector<double> times, block_times, block_memory;
+    times.reserve(static_cast<size_t>(poses));
+    const double before = memoryKb();
+    double last_memory = before;
+    Mapper mapper;
+    for (int k = 0; k < poses; ++k) {
+      const auto odometry = k ? std::optional(orbit.odometry(k)) : std::nullopt;
+      const auto objects = orbit.objects(k);
+      const double start = cpuMs();
+      step(mapper, k, odometry, objects);
+      times.push_back(cpuMs() - start);
+      if ((k + 1) % kBlock != 0) continue;
+      const double memory = memoryKb();
+      if (k + 1 > kBlock) {
+        block_times.push_back(std::accumulate(times.end() - kBlock, times.end(), 0.0) / kBlock);
+        block_memory.push_back(memory - last_memory);
+      }
+      last_memory = memory;
+    }
+    state.counters["kB_per_pose"] = (memoryKb() - before) / poses;
+    state.counters["time_slope_%"] = slopePercent(block_times);
+    state.counters["memory_slope_%"] = slopePercent(block_memory);
+    std::sort(times.begin(), times.end());
+    const auto quantile = [&](double q) {
+      return times[static_cast<size_t>(q * static_cast<double>(times.size() - 1))];
+    };
+    state.counters["median_ms"] = quantile(0.5);
+    state.counters["p99.9_ms"] = quantile(0.999);
+    state.counters["max_ms"] = times.back();
+  }
+}
+
+BENCHMARK(BM_SmootherRun)->Arg(20000)->Iterations(1)->Unit(benchmark::kMillisecond);
 
 Graph graphOf(const Orbit& orbit, int poses) {
   Graph graph;
