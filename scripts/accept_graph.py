@@ -1,10 +1,12 @@
 """The map: exact smoothing at a constant cost, the gate, wrong measurements, the feedback loop."""
 
+import json
 import math
+import re
 import tempfile
 from pathlib import Path
 
-from acceptance import bench, printed, render, run, tests
+from acceptance import printed, render, run, sh, tests
 
 SCENES = ("orange_juice", "pasta_box", "detergent", "orange_juice_occluded", "pasta_box_occluded",
           "detergent_occluded", "multi_object")
@@ -95,13 +97,28 @@ def smoother(report):
     tests(report, "unit tests of mapper and pipeline", "-R", "Mapper|Smoother|Gate|WrongMeasurements|Pipeline|Factor")
     printed(report, "clean measurements at the gate (99.9 +- 0.1%, 6 +- 0.1)", "mapper/mapper_test", "Gate.PassesClean*", "clean:")
     printed(report, "wrong measurements (25/25/25, 25/23/11, 11/-/-, 25/25/25)", "mapper/mapper_e2e_test", "WrongMeasurements.*", "wrong 50")
-    times = bench("mapper_bench", "BM_SmootherStep", "cpu_time")
+    exact = sh("build/release/tests/mapper/mapper_test", "--gtest_filter=ChainSmoother.EqualsCeres*", check=False)
+    for text, pattern in (("cost, relative", r"Ceres (\S+) relative"), ("poses, m, rad", r"poses off by (\S+) m, (\S+) rad"),
+                          ("joint covariance, in sigmas", r"covariance off by (\S+)")):
+        found = [abs(float(v)) for m in re.finditer(pattern, exact.stdout) for v in m.groups()]
+        report.limit(f"against the batch solution after full passes: {text}", max(found, default=None), "<=", 1e-6)
+    result = sh("build/release/bench/mapper_bench", "--benchmark_filter=BM_Smoother|BM_CeresStep", "--benchmark_format=json")
+    found = {r["name"].split("/iterations")[0]: r for r in json.loads(result.stdout)["benchmarks"]}
+    times = {name: r["cpu_time"] for name, r in found.items()}
     long, short = times["BM_SmootherStep/20000"], times["BM_SmootherStep/1000"]
     report.limit("BM_SmootherStep/20000, ms", long, "<=", 0.05)
     report.limit("BM_SmootherStep: 20000 poses over 1000", long / short, "<=", 1.3)
-    report.note("BM_SmootherStep/5000, ms", times["BM_SmootherStep/5000"])
-    for name, time in bench("mapper_bench", "BM_CeresStep", "cpu_time").items():
-        report.note(f"{name}, ms", f"{time:.1f}")
+    report.note("BM_SmootherStep/1000, 5000, ms", f"{short:.4f}, {times['BM_SmootherStep/5000']:.4f}")
+    for poses in (1000, 5000, 20000):
+        report.limit(f"memory with {poses} poses, kB per pose", found[f"BM_SmootherStep/{poses}"]["kB_per_pose"], "<=", 4)
+    for poses in (1000, 5000):
+        report.note(f"BM_CeresStep/{poses}, ms; times BM_SmootherStep",
+                    f"{times[f'BM_CeresStep/{poses}']:.1f}; {times[f'BM_CeresStep/{poses}'] / times[f'BM_SmootherStep/{poses}']:.0f}")
+    whole = found["BM_SmootherRun/20000"]
+    report.note("20,000 steps: median, 99.9%, longest step, ms",
+                ", ".join(f"{whole[key]:.3f}" for key in ("median_ms", "p99.9_ms", "max_ms")))
+    report.limit("20,000 steps: time of a step, change per 1,000, %", abs(whole["time_slope_%"]), "<=", 1)
+    report.limit("20,000 steps: memory of a pose, change per 1,000, %", abs(whole["memory_slope_%"]), "<=", 1)
 
 
 def add_arguments(parser):
