@@ -1,75 +1,20 @@
-#include <sys/resource.h>
-
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "app/command_line.h"
-#include "app/command_text.h"
 #include "app/metrics_json.h"
 #include "app/output_folder.h"
-#include "app/overlay.h"
-#include "app/prefetcher.h"
-#include "app/progress.h"
-#include "app/run_journal.h"
-#include "app/run_recorder.h"
+#include "app/run_loop.h"
 #include "app/run_report.h"
 #include "app/run_setup.h"
-#include "app/video_writer.h"
-#include "app/workers.h"
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/text.h"
 #include "eval/table.h"
-#include "sim/embree_ray_query.h"
 
 namespace diorama {
 namespace fs = std::filesystem;
 namespace {
-
-std::vector<ObjectModel> modelsOf(const RunInput& input) {
-  std::vector<ObjectModel> models;
-  for (const KnownObject& object : input.objects) models.push_back(object.model);
-  return models;
-}
-
-std::string progressDetail(const RunRecorder& recorder, const FrameResult& result,
-                           const std::optional<GroundTruth>& truth) {
-  std::string detail;
-  for (size_t i = 0; i < result.objects.size(); ++i) {
-    if (const auto error = recorder.error_m(i))
-      detail += "  error " + formatFixed(1e3 * *error, 1) + " mm";
-    if (result.objects[i].measurement && !result.objects[i].measurement->claimed)
-      detail += " (lost)";
-    if (truth && i < truth->objects.size())
-      if (const auto visible = truth->objects[i].visibleFraction())
-        detail += "  visible " + formatFixed(100 * *visible, 0) + "%";
-  }
-  return std::string(trim(detail));
-}
-
-std::vector<OverlayObject> overlayObjects(const RunRecorder& recorder, const FrameResult& result,
-                                          const std::optional<GroundTruth>& truth) {
-  std::vector<OverlayObject> objects;
-  for (size_t i = 0; i < result.objects.size(); ++i) {
-    OverlayObject object;
-    object.T_camera_object = result.objects[i].T_camera_object;
-    object.T_camera_object_true = recorder.truth(i);
-    if (const auto& measurement = result.objects[i].measurement) {
-      object.claimed = measurement->claimed;
-      object.health = measurement->health;
-    }
-    if (truth && i < truth->objects.size())
-      object.visible_fraction = truth->objects[i].visibleFraction();
-    objects.push_back(object);
-  }
-  return objects;
-}
-
-double peakMemoryMb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
-}
 
 // What was expected, and whether it came; for the report.
 std::string verdictJson(const RunArguments& arguments, const Metrics& metrics) {
@@ -100,84 +45,6 @@ int reportMetrics(const RunArguments& arguments, const Metrics& metrics) {
     code = kExitMissed;
   }
   return code;
-}
-
-std::vector<Mesh> meshesOf(const std::vector<ObjectModel>& models) {
-  std::vector<Mesh> meshes;
-  for (const ObjectModel& model : models) meshes.push_back(model.mesh);
-  return meshes;
-}
-
-// What works on the frames; made before anything is written, so that what is wrong with the input
-// is said first.
-struct Session {
-  Session(const RunArguments& arguments, const RunInput& input, int first_frame,
-          const RunOptions& options)
-      : method(parseMethod(arguments.method)),
-        models(modelsOf(input)),
-        rays(std::make_shared<const EmbreeRayQuery>(meshesOf(models))),
-        pipeline(method, makeObjects(arguments, input, first_frame, options, rays),
-                 method == Method::kEbt ? nullptr : makeOdometry(arguments, input, options),
-                 mapperOptions(arguments, options), makeDetector(arguments, input, options, rays),
-                 options.pipeline),
-        recorder(method, models),
-        journal(models),
-        painter(input.source->camera(), models, rays) {}
-
-  Method method;
-  std::vector<ObjectModel> models;
-  std::shared_ptr<const RayQuery> rays;
-  Pipeline pipeline;
-  RunRecorder recorder;
-  RunJournal journal;
-  OverlayPainter painter;
-};
-
-// The loop: frames in, measurements and estimates out, truth only to the recorder.
-Metrics processFrames(const RunArguments& arguments, const RunInput& input,
-                      const std::vector<int>& frames, Session& session) {
-  const Stopwatch watch;
-  const Camera& camera = input.source->camera();
-  const fs::path folder = arguments.output;
-  std::optional<VideoWriter> video;
-  if (!arguments.no_video)
-    video.emplace(folder / "overlay.mp4", camera.width(), camera.height(),
-                  input.rate_hz / arguments.every);
-
-  RunRecorder& recorder = session.recorder;
-  Prefetcher prefetcher(*input.source, frames, workerCount());
-  Progress progress("tracking", static_cast<int>(frames.size()));
-  for (size_t i = 0; i < frames.size(); ++i) {
-    throwIfInterrupted();
-    FrameAndTruth next = prefetcher.next();
-    next.frame.index =
-        static_cast<int>(i);  // the same for a scene and for the sequence made from it
-    const FrameResult result = session.pipeline.process(next.frame);
-    recorder.add(frames[i], next.frame.timestamp_ns, result, next.truth);
-    session.journal.add(frames[i], next.frame.timestamp_ns, result, next.truth);
-    if (video)
-      video->add(session.painter.paint(next.frame,
-                                       arguments.method + "  frame " + std::to_string(frames[i]),
-                                       overlayObjects(recorder, result, next.truth)));
-    progress.update(static_cast<int>(i + 1), progressDetail(recorder, result, next.truth));
-  }
-
-  const Pipeline::Final final = session.pipeline.finish();
-  recorder.write(folder, final);
-  session.journal.write(folder);
-  writeFileAtomically(folder / "command.txt", shellLine(repeatCommand(arguments)) + "\n");
-  if (video) video->finish();
-  Metrics metrics = recorder.metrics(final);
-  metrics.scene = input.name;
-  metrics.method = arguments.method;
-  metrics.initial = arguments.initial;
-  metrics.seed = input.seed;
-  metrics.timing.wall_s = watch.seconds();
-  metrics.timing.frames_per_s = static_cast<double>(frames.size()) / watch.seconds();
-  metrics.timing.render_ms = prefetcher.readMs();
-  metrics.timing.dropped_frames = 0;
-  metrics.peak_memory_mb = peakMemoryMb();
-  return metrics;
 }
 
 // A run that fails leaves its folder as it was before.

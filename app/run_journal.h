@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/pipeline.h"
+#include "app/pipeline_types.h"
 #include "core/ground_truth.h"
 #include "core/object_model.h"
 

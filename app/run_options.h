@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "app/pipeline.h"
+#include "app/pipeline_types.h"
 #include "core/yaml.h"
 #include "mapper/mapper.h"
 #include "tracker/database_options.h"

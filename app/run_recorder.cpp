@@ -155,7 +155,7 @@ std::optional<double> RunRecorder::error_m(size_t object) const {
       .translation_m;
 }
 
-void RunRecorder::write(const std::filesystem::path& folder, const Pipeline::Final& final) const {
+void RunRecorder::write(const std::filesystem::path& folder, const FinalEstimate& final) const {
   createFolder(folder / "objects");
   if (method_ != Method::kEbt) {
     writeFileAtomically(folder / "camera_online.txt", toTum(camera_online_));
@@ -189,7 +189,7 @@ CameraMetrics RunRecorder::cameraMetrics() const {
   return metrics;
 }
 
-Metrics RunRecorder::metrics(const Pipeline::Final& final) const {
+Metrics RunRecorder::metrics(const FinalEstimate& final) const {
   Metrics metrics;
   metrics.frames = frames_;
   metrics.start_frame = start_frame_;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/pipeline.h"
+#include "app/pipeline_types.h"
 #include "core/ground_truth.h"
 #include "core/object_model.h"
 #include "eval/metrics.h"
@@ -30,10 +30,10 @@ class RunRecorder {
   std::optional<double> error_m(size_t object) const;
 
   // Writes everything but metrics.json; throws OutputError.
-  void write(const std::filesystem::path& folder, const Pipeline::Final& final) const;
+  void write(const std::filesystem::path& folder, const FinalEstimate& final) const;
 
   // Everything but what concerns the run as a whole (scene, seed, time, memory).
-  Metrics metrics(const Pipeline::Final& final) const;
+  Metrics metrics(const FinalEstimate& final) const;
 
  private:
   void addOdometry(const std::string& prefix, const FrameResult& result,

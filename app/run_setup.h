@@ -6,9 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "app/pipeline.h"
+#include "app/pipeline_types.h"
 #include "app/run_input.h"
 #include "app/run_options.h"
+#include "core/object_detector.h"
+#include "core/odometry.h"
 #include "core/ray_query.h"
 
 namespace diorama {

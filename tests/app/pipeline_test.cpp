@@ -18,6 +18,23 @@ Frame frameAt(int index) { return {index, index * kStep_ns, {}, Image<uint8_t>(4
 
 SE3 poseAt(double x) { return {Eigen::Quaterniond::Identity(), {x, 0, 1}}; }
 
+std::unique_ptr<Odometry> stepsOf(double x, double sigma = 1e-3) {
+  return std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {x, 0, 0}}, sigma);
+}
+
+PipelineParts partsOf(Method method, std::vector<PipelineObject> objects,
+                      std::unique_ptr<Odometry> odometry,
+                      std::unique_ptr<ObjectDetector> detector = nullptr,
+                      const PipelineOptions& options = {}) {
+  PipelineParts parts;
+  parts.method = method;
+  parts.objects = std::move(objects);
+  parts.odometry = std::move(odometry);
+  parts.detector = std::move(detector);
+  parts.options = options;
+  return parts;
+}
+
 struct Rig {
   FakeTracker* tracker = nullptr;
   std::unique_ptr<Pipeline> pipeline;
@@ -31,10 +48,7 @@ Rig makeRig(Method method, std::vector<bool> claims) {
   rig.tracker = tracker.get();
   std::vector<PipelineObject> objects;
   objects.push_back({"box", std::move(tracker), poseAt(0)});
-  auto odometry =
-      std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}});
-  rig.pipeline =
-      std::make_unique<Pipeline>(method, std::move(objects), std::move(odometry), MapperOptions());
+  rig.pipeline = std::make_unique<Pipeline>(partsOf(method, std::move(objects), stepsOf(-0.01)));
   return rig;
 }
 
@@ -50,14 +64,14 @@ TEST(Pipeline, StartsTheTrackerFromTheInitialPoseOnly) {
 TEST(Pipeline, FusedCarriesALostObjectAndReseedsTheTracker) {
   Rig rig = makeRig(Method::kFused, {true, true, true, false, false, true});
   FrameResult result;
-  for (int k = 0; k < 5; ++k) result = rig.pipeline->process(frameAt(k));
+  for (int k = 0; k < 5; ++k) result = rig.pipeline->process(frameAt(k)).at(0);
   ASSERT_TRUE(result.objects[0].T_camera_object.has_value());
   EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.04, 1e-4);
   ASSERT_TRUE(rig.tracker->starts[4].has_value());
   EXPECT_NEAR(rig.tracker->starts[4]->translation.x(), 0.04, 1e-4);
   EXPECT_FALSE(rig.tracker->starts[3].has_value());
 
-  result = rig.pipeline->process(frameAt(5));
+  result = rig.pipeline->process(frameAt(5)).at(0);
   bool found_again = false;
   for (const Event& event : result.events) found_again |= event.event == "reinitialised";
   EXPECT_TRUE(found_again);
@@ -67,7 +81,7 @@ TEST(Pipeline, TrackerAloneReportsClaimedFramesOnlyAndGetsNoFeedback) {
   Rig rig = makeRig(Method::kEbt, {true, false, true});
   std::vector<bool> reported;
   for (int k = 0; k < 3; ++k) {
-    const FrameResult result = rig.pipeline->process(frameAt(k));
+    const FrameResult result = rig.pipeline->process(frameAt(k)).at(0);
     reported.push_back(result.objects[0].T_camera_object.has_value());
     EXPECT_FALSE(result.T_world_camera.has_value());
   }
@@ -78,11 +92,11 @@ TEST(Pipeline, TrackerAloneReportsClaimedFramesOnlyAndGetsNoFeedback) {
 TEST(Pipeline, OdometryAloneCarriesTheObjectFromItsInitialPose) {
   Rig rig = makeRig(Method::kVo, {});
   FrameResult result;
-  for (int k = 0; k < 4; ++k) result = rig.pipeline->process(frameAt(k));
+  for (int k = 0; k < 4; ++k) result = rig.pipeline->process(frameAt(k)).at(0);
   EXPECT_NEAR(result.T_world_camera->translation.x(), -0.03, 1e-12);
   EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.03, 1e-12);
   EXPECT_FALSE(result.objects[0].measurement.has_value());
-  const Pipeline::Final final = rig.pipeline->finish();
+  const FinalEstimate final = rig.pipeline->finish();
   EXPECT_EQ(final.camera.poses.size(), 4u);
   ASSERT_EQ(final.map.objects.size(), 1u);
 }
@@ -91,7 +105,7 @@ TEST(Pipeline, FusedSurvivesAFrameWithoutOdometry) {
   Rig rig = makeRig(Method::kFused, {true, true, true, true});
   rig.pipeline->process(frameAt(0));
   rig.pipeline->process(frameAt(1));
-  const FrameResult result = rig.pipeline->process(frameAt(FakeOdometry::kFailAt));
+  const FrameResult result = rig.pipeline->process(frameAt(FakeOdometry::kFailAt)).at(0);
   bool lost = false;
   for (const Event& event : result.events)
     lost |= event.source == "odometry" && event.event == "lost";
@@ -134,16 +148,15 @@ DetectRig makeDetectRig(Method method, std::vector<bool> claims, std::vector<int
   std::vector<PipelineObject> objects;
   objects.push_back({"box", std::move(tracker), std::nullopt});
   rig.pipeline = std::make_unique<Pipeline>(
-      method, std::move(objects),
-      std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}}),
-      MapperOptions(), std::move(detector), options);
+      partsOf(method, std::move(objects), stepsOf(-0.01), std::move(detector), options));
   return rig;
 }
 
 std::vector<std::string> eventsOf(Pipeline& pipeline, int frames) {
   std::vector<std::string> events;
   for (int k = 0; k < frames; ++k)
-    for (const Event& event : pipeline.process(frameAt(k)).events) events.push_back(event.event);
+    for (const FrameResult& result : pipeline.process(frameAt(k)))
+      for (const Event& event : result.events) events.push_back(event.event);
   return events;
 }
 
@@ -188,9 +201,9 @@ TEST(PipelineDetection, SearchesEveryNthFrameOnly) {
 TEST(PipelineDetection, OdometryAloneCarriesTheObjectFromWhereItWasFound) {
   DetectRig rig = makeDetectRig(Method::kVo, {}, {2});
   FrameResult result;
-  for (int k = 0; k < 2; ++k) result = rig.pipeline->process(frameAt(k));
+  for (int k = 0; k < 2; ++k) result = rig.pipeline->process(frameAt(k)).at(0);
   EXPECT_FALSE(result.objects[0].T_camera_object.has_value());
-  for (int k = 2; k < 5; ++k) result = rig.pipeline->process(frameAt(k));
+  for (int k = 2; k < 5; ++k) result = rig.pipeline->process(frameAt(k)).at(0);
   ASSERT_TRUE(result.objects[0].T_camera_object.has_value());
   EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.04, 1e-12);
   EXPECT_EQ(rig.detector->searched, (std::vector<int>{0, 1, 2}));
@@ -211,10 +224,8 @@ Rig makeSlippingRig(int from, double by_m, std::vector<bool> claims) {
   rig.tracker = tracker.get();
   std::vector<PipelineObject> objects;
   objects.push_back({"box", std::move(tracker), poseAt(0)});
-  rig.pipeline = std::make_unique<Pipeline>(
-      Method::kFused, std::move(objects),
-      std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}}),
-      MapperOptions());
+  rig.pipeline =
+      std::make_unique<Pipeline>(partsOf(Method::kFused, std::move(objects), stepsOf(-0.01)));
   return rig;
 }
 
@@ -223,7 +234,7 @@ TEST(PipelineFeedback, RejectedMeasurementsDoNotMoveTheMapAndResetTheTracker) {
   FrameResult result;
   int rejected = 0, resets = 0;
   for (int k = 0; k < 12; ++k) {
-    result = rig.pipeline->process(frameAt(k));
+    result = rig.pipeline->process(frameAt(k)).at(0);
     for (const Event& event : result.events) {
       rejected += event.event == "rejected";
       resets += event.event == "reset";
@@ -263,12 +274,10 @@ TEST(PipelineFeedback, AnObjectFoundElsewhereAfterTheCounterHasANewPlace) {
   objects.push_back({"box", std::move(tracker), std::nullopt});
   PipelineOptions options;
   options.redetect_after_frames = 5;
-  Pipeline pipeline(
-      Method::kFused, std::move(objects),
-      std::make_unique<FakeOdometry>(SE3{Eigen::Quaterniond::Identity(), {-0.01, 0, 0}}),
-      MapperOptions(), std::make_unique<FakeDetector>(std::vector<int>{0, 30}), options);
+  Pipeline pipeline(partsOf(Method::kFused, std::move(objects), stepsOf(-0.01),
+                            std::make_unique<FakeDetector>(std::vector<int>{0, 30}), options));
   FrameResult result;
-  for (int k = 0; k < 40; ++k) result = pipeline.process(frameAt(k));
+  for (int k = 0; k < 40; ++k) result = pipeline.process(frameAt(k)).at(0);
   EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.39 + 0.3, 5e-3);
 }
 
@@ -285,8 +294,7 @@ TEST(PipelineFeedback, OneObjectHelpsToFindTheOther) {
   objects.push_back({"a", std::move(first), poseAt(0)});
   objects.push_back({"b", std::move(second), poseAt(0.2)});
   // The odometry says that the camera stands still, and that it is not sure of it.
-  Pipeline pipeline(Method::kFused, std::move(objects), std::make_unique<FakeOdometry>(SE3{}, 0.02),
-                    MapperOptions());
+  Pipeline pipeline(partsOf(Method::kFused, std::move(objects), stepsOf(0, 0.02)));
   for (int k = 0; k < 30; ++k) pipeline.process(frameAt(k));
   ASSERT_TRUE(lost->starts[29].has_value());
   EXPECT_NEAR(lost->starts[29]->translation.x(), 0.29 + 0.2, 0.02);

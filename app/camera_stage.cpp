@@ -1,0 +1,54 @@
+#include "app/camera_stage.h"
+
+#include "app/stopwatch.h"
+
+namespace diorama {
+
+CameraStage::CameraStage(std::unique_ptr<Odometry> odometry, std::vector<std::string> objects)
+    : odometry_(std::move(odometry)), objects_(std::move(objects)) {}
+
+CameraStep CameraStage::track(const Frame& frame) {
+  const Stopwatch watch;
+  CameraStep step;
+  step.timestamp_ns = now_ns_ = frame.timestamp_ns;
+  step.measurement = odometry_->track(frame);
+  step.guess = guessedStep(step.measurement);
+  if (step.measurement)
+    T_world_camera_ = poseAt(step.measurement->from_ns) * step.measurement->T_from_to;
+  step.T_world_camera = T_world_camera_;
+  step.started = odometry_->started();
+  step.explained = !odometry_->events().empty();
+  step.wants_objects = odometry_->wantsObjects();
+  step.ms = watch.ms();
+  return step;
+}
+
+// The newest pose when there is none at that time.
+SE3 CameraStage::poseAt(int64_t timestamp_ns) const {
+  for (auto pose = path_.poses.rbegin(); pose != path_.poses.rend(); ++pose)
+    if (pose->timestamp_ns == timestamp_ns) return pose->pose;
+  return T_world_camera_;
+}
+
+SE3 CameraStage::guessedStep(const std::optional<OdometryMeasurement>& measurement) const {
+  const bool from_last = measurement && !path_.poses.empty() &&
+                         measurement->from_ns == path_.poses.back().timestamp_ns;
+  return from_last ? measurement->T_from_to : SE3{};
+}
+
+CameraUpdate CameraStage::update(std::span<const ObjectMeasurement> objects) {
+  const Stopwatch watch;
+  CameraUpdate update;
+  odometry_->update(objects);
+  update.timestamp_ns = now_ns_;
+  update.T_world_camera = T_world_camera_;
+  update.started = odometry_->started();
+  update.events = odometry_->events();
+  for (const std::string& object : objects_)
+    update.T_camera_object.push_back(odometry_->locate(object));
+  if (update.started) path_.poses.push_back({now_ns_, T_world_camera_});
+  update.ms = watch.ms();
+  return update;
+}
+
+}  // namespace diorama
