@@ -37,6 +37,7 @@ std::vector<std::string> repeatCommand(const RunArguments& arguments) {
   if (arguments.seed) add("--seed", std::to_string(*arguments.seed), "");
   for (const std::string& set : arguments.sets) add("--set", set, "");
   for (const std::string& expect : arguments.expects) add("--expect", expect, "");
+  if (arguments.realtime) words.emplace_back("--realtime");
   if (arguments.no_video) words.emplace_back("--no-video");
   return words;
 }

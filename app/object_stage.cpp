@@ -29,9 +29,12 @@ bool ObjectStage::isHeld(const Guidance& guidance) const {
 }
 
 bool ObjectStage::isWanted(const Guidance& guidance) const {
+  return guidance.missed_frames % options_.search_every_frames == 0 && isMissing(guidance);
+}
+
+bool ObjectStage::isMissing(const Guidance& guidance) const {
   if (!detected_ || (first_ && parts_.initial_T_camera_object)) return false;
   if ((claimed_ && !guidance.overdue) || guidance.placed) return false;
-  if (guidance.missed_frames % options_.search_every_frames != 0) return false;
   return guidance.overdue || !begun_ || !guidance.prediction || isVague(*guidance.prediction);
 }
 

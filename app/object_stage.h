@@ -40,8 +40,9 @@ class ObjectStage {
 
   // Whether the next frame can be measured without asking the map, or anybody, for a start.
   bool isHeld(const Guidance& guidance) const;
-  // Whether an object without a prediction, or with a vague one, or one that has led to nothing for
-  // long, is to be looked for in the next frame.
+  // Whether the object has no prediction, or a vague one, or one that has led to nothing for long;
+  // and whether it is to be looked for in the next frame.
+  bool isMissing(const Guidance& guidance) const;
   bool isWanted(const Guidance& guidance) const;
 
   // Starts anew from what was detected in this frame, or else from the initial pose in the first

@@ -70,6 +70,10 @@ int run(const RunArguments& arguments) {
   const RunOptions options = readRunOptions(
       arguments.options.empty() ? std::nullopt : std::optional<fs::path>(arguments.options),
       sets.estimators);
+  if (arguments.realtime &&
+      (options.pipeline.latency_s.tracker > 0 || options.pipeline.latency_s.odometry > 0))
+    throw UsageError(
+        "--realtime: pipeline.latency_s is for runs in lock-step; leave out one of them");
   const FrameRange range = parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames);
   const RunInput input = openInput(
       arguments.input, range.begin, sets.scene, {parseQuality(arguments.quality), 1},
@@ -122,6 +126,8 @@ std::function<int()> setUpRun(CLI::App& app) {
       ->allow_extra_args(false);
   app.add_option("--expect", arguments->expects, "'METRIC>=VALUE': exit code 1 when it is missed")
       ->allow_extra_args(false);
+  app.add_flag("--realtime", arguments->realtime,
+               "frames come at their own pace, and what is behind drops them");
   app.add_flag("--no-video", arguments->no_video, "write no overlay.mp4");
   app.add_flag("--no-report", arguments->no_report, "write no report.html");
   return [arguments] { return run(*arguments); };

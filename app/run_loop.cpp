@@ -2,13 +2,16 @@
 
 #include <sys/resource.h>
 
+#include <cstdio>
 #include <deque>
 
 #include "app/command_line.h"
 #include "app/command_text.h"
+#include "app/frame_feeder.h"
 #include "app/pipeline.h"
 #include "app/prefetcher.h"
 #include "app/progress.h"
+#include "app/realtime_pipeline.h"
 #include "app/stopwatch.h"
 #include "app/video_writer.h"
 #include "app/workers.h"
@@ -19,6 +22,8 @@
 namespace diorama {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr double kWorthMentioning_s = 0.1;
 
 std::vector<ObjectModel> modelsOf(const RunInput& input) {
   std::vector<ObjectModel> models;
@@ -86,15 +91,14 @@ class Output {
                      input.rate_hz / arguments.every);
   }
 
-  // A result and the frame that it belongs to.
-  void add(const FrameResult& result, const FrameAndTruth& of) {
+  // A result, and the frame that it belongs to.
+  void add(const FrameResult& result, const Frame& frame, const std::optional<GroundTruth>& truth) {
     const int number = frames_[done_++];
-    const std::optional<GroundTruth>& truth = of.truth;
     RunRecorder& recorder = session_.recorder;
     recorder.add(number, result.timestamp_ns, result, truth);
     session_.journal.add(number, result.timestamp_ns, result, truth);
     if (video_)
-      video_->add(session_.painter.paint(of.frame,
+      video_->add(session_.painter.paint(frame,
                                          arguments_.method + "  frame " + std::to_string(number),
                                          overlayObjects(recorder, result, truth)));
     dropped_ += result.dropped ? 1 : 0;
@@ -124,6 +128,7 @@ class Output {
 struct Ended {
   FinalEstimate final;
   double read_ms = 0;  // of a frame
+  double late_s = 0;   // the frames, in real time
 };
 
 // One frame after the other, as fast as it goes.
@@ -134,7 +139,7 @@ Ended runInLockStep(const RunInput& input, const std::vector<int>& frames, Pipel
   std::deque<FrameAndTruth> waiting;  // for their results
   const auto put = [&](const std::vector<FrameResult>& results) {
     for (const FrameResult& result : results) {
-      output.add(result, waiting.front());
+      output.add(result, waiting.front().frame, waiting.front().truth);
       waiting.pop_front();
     }
   };
@@ -146,7 +151,30 @@ Ended runInLockStep(const RunInput& input, const std::vector<int>& frames, Pipel
     put(pipeline.process(waiting.back().frame));
   }
   put(pipeline.drain());
-  return {pipeline.finish(), prefetcher.readMs()};
+  return {pipeline.finish(), prefetcher.readMs(), 0};
+}
+
+// At the pace of the time stamps; what is behind drops frames.
+Ended runInRealTime(const RunInput& input, const std::vector<int>& frames, PipelineParts&& parts,
+                    Output& output) {
+  RealtimePipeline pipeline(std::move(parts));
+  FrameFeeder feeder(*input.source, frames, pipeline);
+  while (!pipeline.ended()) {
+    throwIfInterrupted();
+    for (const FrameResult& result : pipeline.wait(std::chrono::milliseconds(100))) {
+      const FrameFeeder::Fed fed = feeder.take();
+      output.add(result, *fed.frame, fed.truth);
+    }
+  }
+  return {pipeline.finish(), feeder.readMs(), feeder.late_s()};
+}
+
+void sayWhenLate(double late_s) {
+  if (late_s < kWorthMentioning_s) return;
+  std::fprintf(stderr,
+               "--realtime: the frames came %.1f s later than their time stamps, since reading or "
+               "drawing them took so long; render a scene first for its full pace\n",
+               late_s);
 }
 
 }  // namespace
@@ -170,8 +198,10 @@ Metrics processFrames(const RunArguments& arguments, const RunInput& input,
                       const std::vector<int>& frames, Session& session) {
   const Stopwatch watch;
   Output output(arguments, input, frames, session);
-  const Ended ended = runInLockStep(input, frames, std::move(session.parts), output);
+  const auto run = arguments.realtime ? runInRealTime : runInLockStep;
+  const Ended ended = run(input, frames, std::move(session.parts), output);
   output.write(ended.final);
+  sayWhenLate(ended.late_s);
   Metrics metrics = session.recorder.metrics(ended.final);
   metrics.scene = input.name;
   metrics.method = arguments.method;

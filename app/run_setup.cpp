@@ -142,6 +142,7 @@ std::string recipe(const RunArguments& arguments, const RunInput& input,
   put("tracker_kind", arguments.tracker);
   put("frames", std::to_string(frames.front()) + ":" + std::to_string(frames.back() + 1));
   put("every", std::to_string(arguments.every));
+  put("realtime", arguments.realtime ? "true" : "false");
   put("video", arguments.no_video ? "false" : "true");
   out << YAML::EndMap;
   return std::string(out.c_str()) + "\n" + toYaml(options);

@@ -16,13 +16,12 @@
 namespace diorama {
 
 struct RunArguments {
-  std::string input, output, method = "fused", initial = "given", odometry = "vo",
-                             tracker = "edge";
+  std::string input, output, method = "fused", initial = "given", odometry = "vo", tracker = "edge";
   std::string quality = "standard", frames, options, objects;
   std::vector<std::string> sets, expects;
   std::optional<uint64_t> seed;
   int every = 1;
-  bool no_video = false, no_report = false;
+  bool realtime = false, no_video = false, no_report = false;
 };
 
 // Throws UsageError.
