@@ -79,7 +79,7 @@ class RealtimePipeline {
     Queue queue = {};
     Guidance guidance = {};
     std::deque<ObjectMeasurement> measurements = {};  // of its newest frames
-    int64_t passed_ns = -1;                           // its newest frame, or one that it dropped
+    int64_t passed_ns = kNever;                       // its newest frame, or one that it dropped
     FramePointer request = {};                        // to look for the object in
     std::optional<Answer> answer = {};
     std::vector<FramePointer> kept = {};  // since the one that was asked for; the thread's own

@@ -217,14 +217,29 @@ TEST(RealtimePipeline, ATrackerCatchesUpWithTheFramesSinceTheOneThatWasSearched)
   EXPECT_TRUE(results.back().objects[0].measurement->claimed);
 }
 
-// Nothing is lost while the objects are looked for in the first frame.
-TEST(RealtimePipeline, TheBeginningIsCaughtUpWith) {
+// Finds the box in every frame, but takes its time.
+class LateDetector : public ObjectDetector {
+ public:
+  LateDetector(std::latch& entered, std::latch& go) : entered_(entered), go_(go) {}
+  std::vector<std::optional<Detection>> detect(const Frame& frame,
+                                               std::span<const int> objects) override {
+    entered_.count_down();
+    go_.wait();
+    return std::vector<std::optional<Detection>>(
+        objects.size(), Detection{shifted(0.01 * frame.index), 0.9, 0.9, 12});
+  }
+
+ private:
+  std::latch &entered_, &go_;
+};
+
+TEST(RealtimePipeline, NothingIsLostWhileTheObjectIsLookedForInTheFirstFrame) {
   std::latch entered(1), go(1);
-  PipelineParts parts = partsOf(Method::kFused, trackerWith([&](int k) {
-                                  if (k != 0) return;
-                                  entered.count_down();
-                                  go.wait();
-                                }));
+  auto tracker = trackerWith([](int) {});
+  const HookedTracker& fake = *tracker;
+  PipelineParts parts = partsOf(Method::kFused, std::move(tracker));
+  parts.objects[0].initial_T_camera_object.reset();
+  parts.detector = std::make_unique<LateDetector>(entered, go);
   RealtimePipeline pipeline(std::move(parts));
   pipeline.push(frameAt(0));
   entered.wait();
@@ -233,7 +248,12 @@ TEST(RealtimePipeline, TheBeginningIsCaughtUpWith) {
   go.count_down();
   const std::vector<FrameResult> results = resultsOf(pipeline);
   ASSERT_EQ(results.size(), 40u);
-  for (const FrameResult& result : results) EXPECT_FALSE(result.dropped);
+  for (const FrameResult& result : results) {
+    EXPECT_FALSE(result.dropped);
+    EXPECT_TRUE(result.objects[0].measurement->claimed);
+  }
+  ASSERT_EQ(fake.starts_at.size(), 40u);
+  EXPECT_TRUE(fake.starts_at[0].second);
 }
 
 class CountingSource : public FrameSource {
