@@ -74,6 +74,7 @@ void setSource(std::unique_ptr<Reader> reader, RunInput& input) {
   input.source = std::move(reader);
 }
 
+// Nobody here looks at pictures of the truth: they would take most of the time of reading.
 // A sequence in any of the layouts that `render` writes. Objects from a file of their own take the
 // place of the sequence's.
 RunInput openSequence(const fs::path& folder, const std::optional<fs::path>& objects_file) {
@@ -81,14 +82,14 @@ RunInput openSequence(const fs::path& folder, const std::optional<fs::path>& obj
   std::vector<SequenceObject> objects;
   std::string content;  // of the files that describe the input
   if (fs::exists(folder / "sequence.yaml")) {
-    auto reader = std::make_unique<SequenceReader>(folder);
+    auto reader = std::make_unique<SequenceReader>(folder, TruthImages::kNone);
     content = readFile(folder / "sequence.yaml");
     if (reader->odometryFile())
       input.simulated_odometry = readMeasurements(*reader->odometryFile()).odometry;
     objects = reader->objects();
     setSource(std::move(reader), input);
   } else if (const auto scene = findBopScene(folder)) {
-    auto reader = std::make_unique<BopReader>(*scene);
+    auto reader = std::make_unique<BopReader>(*scene, TruthImages::kNone);
     content = readFile(*scene / "scene_camera.json");
     objects = reader->objects();
     setSource(std::move(reader), input);

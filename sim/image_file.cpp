@@ -7,6 +7,7 @@
 
 #include "core/errors.h"
 #include "core/files.h"
+#include "sim/png_decoder.h"
 #include "sim/png_encoder.h"
 
 namespace diorama {
@@ -74,7 +75,10 @@ Image<T> copyGray(const cv::Mat& image) {
 template <class T>
 Image<Rgb8> copyColor(const cv::Mat& image) {
   constexpr uint32_t kMax = std::numeric_limits<T>::max();
-  const auto to8 = [](T v) { return static_cast<uint8_t>((v * 255u + kMax / 2) / kMax); };
+  const auto to8 = [](T v) {
+    if constexpr (sizeof(T) == 1) return v;  // what follows is the same, but slow
+    return static_cast<uint8_t>((v * 255u + kMax / 2) / kMax);
+  };
   const int channels = image.channels();
   Image<Rgb8> out(image.cols, image.rows);
   for (int y = 0; y < image.rows; ++y) {
@@ -98,11 +102,16 @@ cv::Mat decodeFile(const std::filesystem::path& file, const std::string& bytes) 
   return image;
 }
 
-// Decoded after it was looked at from outside.
-cv::Mat checkedImage(const std::filesystem::path& file, int width, int height) {
-  const std::string bytes = readFile(file);
+// Of a file that was looked at from outside.
+std::string checkedBytes(const std::filesystem::path& file, int width, int height) {
+  std::string bytes = readFile(file);
   if (const std::optional<std::string> what = problem(bytes, width, height))
     throw InputError(file, *what);
+  return bytes;
+}
+
+cv::Mat checkedImage(const std::filesystem::path& file, const std::string& bytes, int width,
+                     int height) {
   const cv::Mat image = decodeFile(file, bytes);
   if (image.cols != width || image.rows != height)
     throw InputError(file, wrongSize(image.cols, image.rows, width, height));
@@ -112,7 +121,10 @@ cv::Mat checkedImage(const std::filesystem::path& file, int width, int height) {
 }  // namespace
 
 AnyImage readImage(const std::filesystem::path& file, int width, int height) {
-  const cv::Mat image = checkedImage(file, width, height);
+  const std::string bytes = checkedBytes(file, width, height);
+  if (std::optional<PngImage> image = decodePng(bytes))
+    return std::visit([](auto& same) { return AnyImage(std::move(same)); }, *image);
+  const cv::Mat image = checkedImage(file, bytes, width, height);
   const int depth = image.depth(), channels = image.channels();
   if ((depth != CV_8U && depth != CV_16U) || channels == 2 || channels > 4)
     throw InputError(file, "is neither a grey nor a colour image of 8 or 16 bits");
@@ -122,7 +134,7 @@ AnyImage readImage(const std::filesystem::path& file, int width, int height) {
 }
 
 Image<Rgb16> readWideColor(const std::filesystem::path& file, int width, int height) {
-  const cv::Mat image = checkedImage(file, width, height);
+  const cv::Mat image = checkedImage(file, checkedBytes(file, width, height), width, height);
   if (image.type() != CV_16UC3) throw InputError(file, "is no colour image of 16 bits");
   Image<Rgb16> out(width, height);
   for (int y = 0; y < height; ++y) {
