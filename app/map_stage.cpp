@@ -238,6 +238,9 @@ void MapStage::report(OpenFrame& frame) {
   FrameResult& result = frame.result;
   const MapEstimate map = frame.by_map ? mapper_.estimate() : MapEstimate{};
   if (frame.by_map) result.T_world_camera = map.T_world_camera;
+  if (frame.by_map && !path_.poses.empty() &&
+      path_.poses.back().timestamp_ns == result.timestamp_ns)
+    result.T_world_odometry = map.T_world_camera * path_.poses.back().pose.inverse();
   if (frame.without_camera && motion_.known())
     result.T_world_camera = motion_.at(result.timestamp_ns);
   else if (result.T_world_camera)

@@ -39,6 +39,8 @@ struct FrameResult {
   std::optional<OdometryMeasurement> odometry;
   // The world is the camera frame of the first frame that has a pose; none before it, nor in ebt.
   std::optional<SE3> T_world_camera;
+  // Of the world of the odometry in that of the map, as it drifts; fused.
+  std::optional<SE3> T_world_odometry;
   std::vector<ObjectResult> objects;  // in the order of the pipeline's objects
   std::vector<Event> events;
   bool dropped = false;  // by a stage that was behind

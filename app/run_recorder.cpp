@@ -73,6 +73,8 @@ void RunRecorder::add(int number, int64_t timestamp_ns, const FrameResult& resul
                       const std::optional<GroundTruth>& truth) {
   const std::string prefix = std::to_string(number) + "," + formatSeconds(timestamp_ns) + ",";
   if (result.T_world_camera) camera_online_.poses.push_back({timestamp_ns, *result.T_world_camera});
+  if (result.T_world_odometry)
+    odometry_world_.poses.push_back({timestamp_ns, *result.T_world_odometry});
   if (truth) camera_truth_.poses.push_back({timestamp_ns, truth->T_world_camera});
   const bool starts = !start_frame_ && (result.T_world_camera || method_ == Method::kEbt);
   if (starts) start_frame_ = number;
@@ -161,6 +163,8 @@ void RunRecorder::write(const std::filesystem::path& folder, const FinalEstimate
     writeFileAtomically(folder / "camera_online.txt", toTum(camera_online_));
     writeFileAtomically(folder / "camera.txt", toTum(final.camera));
   }
+  if (method_ == Method::kFused)
+    writeFileAtomically(folder / "odometry_world.txt", toTum(odometry_world_));
   for (size_t i = 0; i < models_.size(); ++i)
     writeFileAtomically(folder / "objects" / (models_[i].name + ".txt"), toTum(object_paths_[i]));
   writeFileAtomically(folder / "map.json", mapJson(final.map));

@@ -43,7 +43,7 @@ class RunRecorder {
 
   Method method_;
   std::vector<ObjectModel> models_;
-  Trajectory camera_online_, camera_truth_;
+  Trajectory camera_online_, camera_truth_, odometry_world_;
   std::vector<Trajectory> object_paths_;
   std::vector<std::vector<ObjectFrame>> object_frames_;  // per object
   std::vector<std::optional<SE3>> first_truth_;          // T_camera(start)_object

@@ -77,6 +77,25 @@ TEST(Pipeline, FusedCarriesALostObjectAndReseedsTheTracker) {
   EXPECT_TRUE(found_again);
 }
 
+// The tracker sees the object 1 mm more to the side than the odometry says: the map's world and the
+// odometry's go apart, and the one in the other is where the camera is in both.
+TEST(Pipeline, TheOdometrysWorldDriftsInTheMaps) {
+  auto tracker = std::make_unique<FakeTracker>(
+      "box", [](int k) { return poseAt(0.011 * k); }, std::vector<bool>(20, true));
+  std::vector<PipelineObject> objects;
+  objects.push_back({"box", std::move(tracker), poseAt(0)});
+  Pipeline pipeline(partsOf(Method::kFused, std::move(objects), stepsOf(-0.01, 0.01)));
+  FrameResult result;
+  for (int k = 0; k < 20; ++k) result = pipeline.process(frameAt(k)).at(0);
+  ASSERT_TRUE(result.T_world_odometry.has_value());
+  const SE3 T_odometry_camera{Eigen::Quaterniond::Identity(), {-0.19, 0, 0}};
+  EXPECT_NEAR(((*result.T_world_odometry * T_odometry_camera).translation -
+               result.T_world_camera->translation)
+                  .norm(),
+              0, 1e-9);
+  EXPECT_NEAR(result.T_world_odometry->translation.x(), -0.019, 2e-3);
+}
+
 TEST(Pipeline, TrackerAloneReportsClaimedFramesOnlyAndGetsNoFeedback) {
   Rig rig = makeRig(Method::kEbt, {true, false, true});
   std::vector<bool> reported;
