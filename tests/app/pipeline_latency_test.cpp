@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <string>
+
 #include "app/pipeline.h"
 #include "tests/support/fakes.h"
 
@@ -71,10 +74,16 @@ TEST_P(PipelineLatency, ALostObjectIsExpectedWhereTheCameraHasMovedTo) {
   EXPECT_NEAR(outcome.starts[16]->translation.x(), 0.16, 1e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Latencies, PipelineLatency,
+std::string nameOf(const ::testing::TestParamInfo<LatencyOptions>& info) {
+  const auto ms = [](double seconds) { return std::to_string(std::lround(1e3 * seconds)); };
+  return "tracker_" + ms(info.param.tracker) + "_odometry_" + ms(info.param.odometry);
+}
+
+INSTANTIATE_TEST_SUITE_P(Milliseconds, PipelineLatency,
                          ::testing::Values(LatencyOptions{0, 0}, LatencyOptions{0.04, 0.01},
                                            LatencyOptions{0, 0.05}, LatencyOptions{0.15, 0.1},
-                                           LatencyOptions{0.2, 0}));
+                                           LatencyOptions{0.2, 0}),
+                         nameOf);
 
 // Without hindsight: a frame's estimate is as old as what had come.
 TEST(PipelineLatencies, AnObjectThatIsMeasuredLateIsReportedLate) {
