@@ -1,7 +1,7 @@
 // What the detector finds in each frame of a sequence with truth, each frame as if nothing were
 // known. Prints one line a frame and object, as CSV.
 //
-//   detector_views SEQ [--absent MODEL]... [options as of --set]...
+//   detector_views SEQ [--every N] [--absent MODEL]... [options as of --set]...
 //
 // MODEL is a mesh that is looked for although the sequence does not name it. Errors are those of
 // what was found; true_* is what the verification says about the true pose, and cpu_ms is the time
@@ -55,7 +55,7 @@ class Examiner {
   Detection operator()(const Frame& frame, const SE3& start) {
     const ObjectMeasurement m = tracker_.examine(frame, {start});
     return {m.T_camera_object, m.health,
-            compareLooks(looks_, MeanImage(frame.gray), camera_, m.T_camera_object, centre_), 0};
+            compareLooks(looks_, MeanImage(frame), camera_, m.T_camera_object, centre_), 0};
   }
 
  private:
@@ -85,7 +85,7 @@ void print(int frame, const std::string& name, const std::optional<Detection>& f
               t.look.value_or(kUnknown), moved.m, moved.rad, milliseconds);
 }
 
-void measure(SequenceReader& sequence, Wanted wanted, const RunOptions& options) {
+void measure(SequenceReader& sequence, int every, Wanted wanted, const RunOptions& options) {
   const auto rays = std::make_shared<const EmbreeRayQuery>(wanted.meshes);
   std::vector<std::unique_ptr<Examiner>> examiners;
   for (size_t i = 0; i < wanted.present; ++i)
@@ -100,7 +100,7 @@ void measure(SequenceReader& sequence, Wanted wanted, const RunOptions& options)
   std::printf(
       "frame,object,present,visible_fraction,found,health,look,inliers,err_m,err_rad,"
       "true_health,true_look,true_moved_m,true_moved_rad,cpu_ms\n");
-  for (int k = 0; k < sequence.frameCount(); ++k) {
+  for (int k = 0; k < sequence.frameCount(); k += every) {
     const FrameAndTruth frame = sequence.read(k);
     const double start = cpuMilliseconds();
     const auto found = detector.detect(frame.frame, all);
@@ -122,14 +122,18 @@ void measure(SequenceReader& sequence, Wanted wanted, const RunOptions& options)
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: detector_views SEQ [--absent MODEL]... [path=value]...\n");
+    std::fprintf(stderr,
+                 "usage: detector_views SEQ [--every N] [--absent MODEL]... [path=value]...\n");
     return 2;
   }
   std::vector<std::filesystem::path> absent;
   std::vector<std::string> sets;
+  int every = 1;
   for (int k = 2; k < argc; ++k)
     if (std::string(argv[k]) == "--absent" && k + 1 < argc)
       absent.emplace_back(argv[++k]);
+    else if (std::string(argv[k]) == "--every" && k + 1 < argc)
+      every = std::max(1, std::atoi(argv[++k]));
     else
       sets.emplace_back(argv[k]);
   const RunOptions options = readRunOptions({}, splitOverrides(sets).estimators);
@@ -142,7 +146,7 @@ int main(int argc, char** argv) {
   wanted.present = wanted.size();
   for (const auto& file : absent)
     wanted.add(file.stem().string(), {file, 1, false}, {}, options.training);
-  measure(sequence, std::move(wanted), options);
+  measure(sequence, every, std::move(wanted), options);
   return 0;
 }
 

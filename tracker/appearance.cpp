@@ -2,14 +2,15 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace diorama {
 namespace {
 
-constexpr int kGrid_px = 5;           // distance of the points in a picture of the training
-constexpr Eigen::Index kFewest = 24;  // points for a comparison
-constexpr double kDark = 10;          // grey levels: below them the logarithm is mostly noise
+constexpr int kGrid_px = 5;      // distance of the points in a picture of the training
+constexpr int kFewest = 24;      // points for a comparison
+constexpr float kDark = 10;      // grey levels: below them the logarithm is mostly noise
 constexpr double kPlain = 0.05;  // standard deviation of logarithms; with less there is no print
 
 // Whether the square around a pixel shows the object only.
@@ -25,49 +26,123 @@ bool squareOnObject(const Camera& camera, const RayQuery& rays, int object,
   return true;
 }
 
-using Regressors = Eigen::Matrix<double, Eigen::Dynamic, 4>;
-
-// What is left of y after the best linear combination of the columns; those of a flat side depend
-// on one another, hence the ridge.
-Eigen::VectorXd unexplained(const Regressors& columns, const Eigen::VectorXd& y) {
-  constexpr double kRidge = 1e-6;
-  const Eigen::Matrix4d normal = columns.transpose() * columns + kRidge *
-                                                                     static_cast<double>(y.size()) *
-                                                                     Eigen::Matrix4d::Identity();
-  return y - columns * normal.ldlt().solve(columns.transpose() * y);
+// log(kDark + value) of quarters of grey levels.
+float logarithm(float value) {
+  static const std::array<float, 1024> table = [] {
+    std::array<float, 1024> t{};
+    for (size_t i = 0; i < t.size(); ++i) t[i] = std::log(kDark + 0.25f * static_cast<float>(i));
+    return t;
+  }();
+  return table[static_cast<size_t>(std::clamp(4 * value + 0.5f, 0.0f, 1023.0f))];
 }
+
+// Brightness (ITU-R BT.601), red over green and blue over green, as logarithms.
+Vector3f logarithms(const Vector3f& rgb) {
+  const float green = logarithm(rgb[1]);
+  return {logarithm(0.299f * rgb[0] + 0.587f * rgb[1] + 0.114f * rgb[2]), logarithm(rgb[0]) - green,
+          logarithm(rgb[2]) - green};
+}
+
+Vector3f toVector(const Rgb8& c) {
+  return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
+}
+
+// Sums over points, from which the parts of two pictures come out that their normals do not
+// explain.
+class Comparison {
+ public:
+  void add(const Vector3f& normal, const Vector3f& known, const Vector3f& seen) {
+    const Eigen::Vector4f n(normal.x(), normal.y(), normal.z(), 1);
+    normals_ += n * n.transpose();
+    known_ += n * known.transpose();
+    seen_ += n * seen.transpose();
+    known_known_ += known.squaredNorm();
+    seen_seen_ += seen.squaredNorm();
+    known_seen_ += known.dot(seen);
+    ++points_;
+  }
+  int points() const { return points_; }
+
+  // Sums of squares and of products of what the best linear combination of the normals leaves.
+  // Those of a flat side depend on one another, hence the ridge.
+  struct Left {
+    double known, seen, both;
+  };
+  Left left() const {
+    constexpr double kRidge = 1e-6;
+    const Eigen::Matrix4d ridge = kRidge * points_ * Eigen::Matrix4d::Identity();
+    const Eigen::LDLT<Eigen::Matrix4d> solver(normals_.cast<double>() + ridge);
+    const Coefficients known = known_.cast<double>(), seen = seen_.cast<double>();
+    const Coefficients by_known = solver.solve(known), by_seen = solver.solve(seen);
+    return {known_known_ - known.cwiseProduct(by_known).sum(),
+            seen_seen_ - seen.cwiseProduct(by_seen).sum(),
+            known_seen_ - known.cwiseProduct(by_seen).sum()};
+  }
+
+ private:
+  using Coefficients = Eigen::Matrix<double, 4, 3>;
+  Eigen::Matrix4f normals_ = Eigen::Matrix4f::Zero();
+  Eigen::Matrix<float, 4, 3> known_ = Eigen::Matrix<float, 4, 3>::Zero(), seen_ = known_;
+  float known_known_ = 0, seen_seen_ = 0, known_seen_ = 0;
+  int points_ = 0;
+};
+
+double plainSquares(int points) { return kPlain * kPlain * points; }
 
 }  // namespace
 
-MeanImage::MeanImage(const Image<uint8_t>& image)
-    : width_(image.width),
-      height_(image.height),
-      sums_(static_cast<size_t>(image.width + 1) * static_cast<size_t>(image.height + 1), 0) {
-  const size_t stride = static_cast<size_t>(width_) + 1;
+MeanImage::MeanImage(const Frame& frame)
+    : width_(frame.gray.width),
+      height_(frame.gray.height),
+      channels_(frame.rgb.width == width_ && frame.rgb.height == height_ ? 3 : 1),
+      sums_(static_cast<size_t>(channels_) * static_cast<size_t>(width_ + 1) *
+                static_cast<size_t>(height_ + 1),
+            0) {
+  if (channels_ == 3)
+    sumUp([&](int x, int y) {
+      const Rgb8& c = frame.rgb(x, y);
+      return std::array<uint8_t, 3>{c.r, c.g, c.b};
+    });
+  else
+    sumUp([&](int x, int y) { return std::array<uint8_t, 1>{frame.gray(x, y)}; });
+}
+
+template <class ValueAt>
+void MeanImage::sumUp(const ValueAt& value_at) {
+  constexpr size_t n = std::tuple_size_v<decltype(value_at(0, 0))>;
+  const size_t stride = n * (static_cast<size_t>(width_) + 1);
   for (int y = 0; y < height_; ++y) {
-    uint64_t row = 0;
-    uint64_t* const above = sums_.data() + static_cast<size_t>(y) * stride;
-    for (int x = 0; x < width_; ++x) {
-      row += image(x, y);
-      above[stride + static_cast<size_t>(x) + 1] = above[static_cast<size_t>(x) + 1] + row;
+    std::array<uint32_t, n> row{};
+    const uint32_t* above = sums_.data() + static_cast<size_t>(y) * stride + n;
+    uint32_t* sum = sums_.data() + static_cast<size_t>(y + 1) * stride + n;
+    for (int x = 0; x < width_; ++x, above += n, sum += n) {
+      const auto value = value_at(x, y);
+      for (size_t c = 0; c < n; ++c) sum[c] = above[c] + (row[c] += value[c]);
     }
   }
 }
 
-std::optional<double> MeanImage::mean(const Vector2d& u_px, double side_px) const {
+std::optional<Vector3f> MeanImage::mean(const Vector2d& u_px, double side_px) const {
   const int side = std::clamp(static_cast<int>(std::lround(side_px)), 1, width_ + height_);
   const double left = std::floor(u_px.x() - 0.5 * side + 1),
                top = std::floor(u_px.y() - 0.5 * side + 1);
   if (!(left >= 0 && top >= 0 && left + side <= width_ && top + side <= height_))
     return std::nullopt;
-  const size_t stride = static_cast<size_t>(width_) + 1, n = static_cast<size_t>(side);
-  const uint64_t* const a =
-      sums_.data() + static_cast<size_t>(top) * stride + static_cast<size_t>(left);
-  const uint64_t* const b = a + n * stride;
-  return static_cast<double>(b[n] - b[0] - a[n] + a[0]) / static_cast<double>(n * n);
+  const size_t channels = static_cast<size_t>(channels_),
+               stride = channels * (static_cast<size_t>(width_) + 1),
+               n = channels * static_cast<size_t>(side);
+  const uint32_t* const a =
+      sums_.data() + static_cast<size_t>(top) * stride + channels * static_cast<size_t>(left);
+  const uint32_t* const b = a + static_cast<size_t>(side) * stride;
+  const float scale = 1 / (static_cast<float>(side) * static_cast<float>(side));
+  // Modulo 2^32 on the way.
+  const auto of = [&](size_t c) {
+    return scale * static_cast<float>(b[n + c] - b[c] - a[n + c] + a[c]);
+  };
+  return channels_ == 3 ? Vector3f(of(0), of(1), of(2)) : Vector3f::Constant(of(0)).eval();
 }
 
-DatabaseLook takeLook(const Image<uint8_t>& picture, const Camera& camera, const RayQuery& rays,
+DatabaseLook takeLook(const Frame& picture, const Camera& camera, const RayQuery& rays,
                       int object_index, const SE3& T_camera_object, const Vector3d& centre_object) {
   const SE3 T_object_camera = T_camera_object.inverse();
   const Vector3d eye = T_object_camera.translation;
@@ -75,64 +150,65 @@ DatabaseLook takeLook(const Image<uint8_t>& picture, const Camera& camera, const
   DatabaseLook look;
   look.direction = (eye - centre_object).normalized().cast<float>();
   look.side_m = static_cast<float>(kGrid_px * (eye - centre_object).norm() / camera.fx());
-  for (int y = kGrid_px; y < picture.height - kGrid_px; y += kGrid_px)
-    for (int x = kGrid_px; x < picture.width - kGrid_px; x += kGrid_px) {
+  for (int y = kGrid_px; y < picture.gray.height - kGrid_px; y += kGrid_px)
+    for (int x = kGrid_px; x < picture.gray.width - kGrid_px; x += kGrid_px) {
       const Vector2d u(x, y);
       const auto direction = camera.unproject(u);
       if (!direction) continue;
       const auto hit = rays.closestHit(object_index, eye, T_object_camera.rotation * *direction);
       if (!hit || !squareOnObject(camera, rays, object_index, T_object_camera, u)) continue;
-      const auto grey = means.mean(u, kGrid_px);
-      if (!grey) continue;
+      const auto color = means.mean(u, kGrid_px);
+      if (!color) continue;
+      const auto toByte = [](float v) { return static_cast<uint8_t>(std::lround(v)); };
       look.points.push_back(hit->p_object.cast<float>());
       look.normals.push_back(hit->normal.cast<float>());
-      look.grey.push_back(static_cast<uint8_t>(std::lround(*grey)));
+      look.colors.push_back({toByte((*color)[0]), toByte((*color)[1]), toByte((*color)[2])});
     }
   return look;
 }
 
 std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const MeanImage& image,
                                    const Camera& camera, const SE3& T_camera_object,
-                                   const Vector3d& centre_object) {
-  const Vector3f side =
-      (T_camera_object.inverse().translation - centre_object).normalized().cast<float>();
+                                   const Vector3d& centre_object, int most_points) {
+  const Vector3d eye = T_camera_object.inverse().translation;
+  const Vector3f side = (eye - centre_object).normalized().cast<float>();
   const auto nearest = std::max_element(looks.begin(), looks.end(),
                                         [&](const DatabaseLook& a, const DatabaseLook& b) {
                                           return a.direction.dot(side) < b.direction.dot(side);
                                         });
   if (nearest == looks.end()) return std::nullopt;
-  const size_t n = nearest->points.size();
-  Regressors regressors(static_cast<Eigen::Index>(n), 4);
-  Eigen::VectorXd known(static_cast<Eigen::Index>(n)), seen(known.size());
-  Eigen::Index used = 0;
-  for (size_t i = 0; i < n; ++i) {
-    const Vector3d p = T_camera_object * nearest->points[i].cast<double>();
+  const Matrix3d R = T_camera_object.rotationMatrix();
+  const size_t n = nearest->points.size(), most = static_cast<size_t>(std::max(1, most_points));
+  const size_t step = (n + most - 1) / most;
+  Comparison comparison;
+  for (size_t i = 0; i < n; i += step) {
+    const Vector3d place = nearest->points[i].cast<double>();
+    const Vector3d p = R * place + T_camera_object.translation;
+    const Vector3f& normal = nearest->normals[i];
+    if ((eye - place).dot(normal.cast<double>()) <= 0) continue;  // turned away
     const auto u = camera.project(p);
     if (!u) continue;
-    const auto grey = image.mean(*u, static_cast<double>(nearest->side_m) * camera.fx() / p.z());
-    if (!grey) continue;
-    regressors.row(used) << nearest->normals[i].cast<double>().transpose(), 1;
-    known[used] = std::log(kDark + nearest->grey[i]);
-    seen[used++] = std::log(kDark + *grey);
+    const auto color = image.mean(*u, static_cast<double>(nearest->side_m) * camera.fx() / p.z());
+    if (!color) continue;
+    Vector3f known = logarithms(toVector(nearest->colors[i])), seen = logarithms(*color);
+    if (!image.hasColors()) known.tail<2>().setZero();
+    comparison.add(normal, known, seen);
   }
-  if (used < kFewest) return std::nullopt;
-  known = unexplained(regressors.topRows(used), known.head(used));
-  seen = unexplained(regressors.topRows(used), seen.head(used));
-  const double plain = kPlain * std::sqrt(static_cast<double>(used));
-  if (known.norm() < plain) return std::nullopt;
-  return known.dot(seen) / (known.norm() * std::max(seen.norm(), plain));
+  if (comparison.points() < kFewest) return std::nullopt;
+  const Comparison::Left left = comparison.left();
+  const double plain = plainSquares(comparison.points());
+  if (left.known < plain) return std::nullopt;
+  return left.both / std::sqrt(left.known * std::max(left.seen, plain));
 }
 
 bool isPlain(const DatabaseLook& look) {
-  const Eigen::Index n = static_cast<Eigen::Index>(look.points.size());
-  if (n < kFewest) return true;
-  Regressors regressors(n, 4);
-  Eigen::VectorXd known(n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    regressors.row(i) << look.normals[static_cast<size_t>(i)].cast<double>().transpose(), 1;
-    known[i] = std::log(kDark + look.grey[static_cast<size_t>(i)]);
+  Comparison comparison;
+  for (size_t i = 0; i < look.points.size(); ++i) {
+    const Vector3f known = logarithms(toVector(look.colors[i]));
+    comparison.add(look.normals[i], known, known);
   }
-  return unexplained(regressors, known).norm() < kPlain * std::sqrt(static_cast<double>(n));
+  return comparison.points() < kFewest ||
+         comparison.left().known < plainSquares(comparison.points());
 }
 
 }  // namespace diorama

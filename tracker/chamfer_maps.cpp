@@ -67,18 +67,21 @@ ChamferMaps::ChamferMaps(const Image<uint8_t>& image, const ChamferOptions& opti
   mean_ = Image<float>(width, height);
   for (const Image<float>& map : fine_)
     for (size_t i = 0; i < map.pixels.size(); ++i) mean_.pixels[i] += map.pixels[i] / kDirections;
+  coarse_width_ = width / kCoarse;
+  coarse_height_ = height / kCoarse;
   for (size_t k = 0; k < kDirections; ++k) coarse_[k] = ratios(fine_[k]);
 }
 
 Image<uint8_t> ChamferMaps::ratios(const Image<float>& map) const {
-  Image<uint8_t> out(map.width / kCoarse, map.height / kCoarse);
-  for (int y = 0; y < out.height; ++y)
-    for (int x = 0; x < out.width; ++x) {
+  Image<uint8_t> out(coarse_width_ + 2 * kBorder + kBlock, coarse_height_ + 2 * kBorder, kChance);
+  for (int y = 0; y < coarse_height_; ++y)
+    for (int x = 0; x < coarse_width_; ++x) {
       const int fx = kCoarse * x + kCoarse / 2, fy = kCoarse * y + kCoarse / 2;
       // A distance below a pixel is as good as none.
       const double ratio =
           static_cast<double>(map(fx, fy)) / (1 + static_cast<double>(mean_(fx, fy)));
-      out(x, y) = static_cast<uint8_t>(std::min(255L, std::lround(kChance * ratio)));
+      out(x + kBorder, y + kBorder) =
+          static_cast<uint8_t>(std::min(255L, std::lround(kChance * ratio)));
     }
   return out;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -40,8 +41,14 @@ class ChamferMaps {
   // Over all directions.
   double meanDistance(const Vector2d& u_px) const;
 
-  const Image<uint8_t>& coarse(int direction) const {
-    return coarse_[static_cast<size_t>(direction)];
+  // A coarse map, with a border of chance of kBorder cells all around and kBlock more to the right.
+  static constexpr int kBorder = 64, kBlock = 32;
+  int coarseWidth() const { return coarse_width_; }
+  int coarseHeight() const { return coarse_height_; }
+  std::ptrdiff_t coarseStride() const { return coarse_[0].width; }
+  // The cell (x, y), which may lie in the border.
+  const uint8_t* coarse(int direction, int x, int y) const {
+    return coarse_[static_cast<size_t>(direction)].row(y + kBorder) + x + kBorder;
   }
 
  private:
@@ -52,6 +59,7 @@ class ChamferMaps {
   double farthest_px_;
   std::array<Image<float>, kDirections> fine_;
   Image<float> mean_;
+  int coarse_width_ = 0, coarse_height_ = 0;  // without borders
   std::array<Image<uint8_t>, kDirections> coarse_;
 };
 

@@ -1,16 +1,19 @@
 // The main path of the detection. For each object:
 //
-//   match      features of the image with those of the database
+//   match      features of the image, the smallest ones left out, with those of the database
 //   pose       RANSAC PnP, robust refinement over all inliers
 //   verify     the edge tracker starts from the pose: do the edges in the image agree, and does
 //              the object look as it did in the training?
 //   again      from the same pose moved to the image's edges; then without its inliers
-//   templates  of its edges, where the object has hardly any texture; verified alike
+//   templates  of its edges, where features do not find it: it is small, or has no texture
+//   match      all features, where neither finds it
 #include "tracker/database_detector.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "core/errors.h"
 #include "tracker/edge_templates.h"
@@ -23,15 +26,16 @@ namespace diorama {
 // A frame, and what is made of it once for all objects.
 class DatabaseDetector::Picture {
  public:
-  Picture(const Frame& f, const DetectorOptions& options)
-      : frame(f), means(f.gray), options_(options) {}
+  Picture(const Frame& f, const DetectorOptions& options) : frame(f), means(f), options_(options) {}
 
   const Frame& frame;
   const MeanImage means;
 
-  const Features& features(FeatureKind kind) const {
-    const auto [at, missing] = features_.try_emplace(kind);
-    if (missing) at->second = extractFeatures(frame.gray, kind, options_.max_features);
+  const Features& features(FeatureKind kind, bool small) const {
+    const auto [at, missing] = features_.try_emplace({kind, small});
+    if (missing)
+      at->second =
+          (small ? extractFeatures : extractLargeFeatures)(frame.gray, kind, options_.max_features);
     return at->second;
   }
   const ChamferMaps& edges() const {
@@ -41,7 +45,7 @@ class DatabaseDetector::Picture {
 
  private:
   const DetectorOptions& options_;
-  mutable std::map<FeatureKind, Features> features_;
+  mutable std::map<std::pair<FeatureKind, bool>, Features> features_;
   mutable std::optional<ChamferMaps> edges_;
 };
 
@@ -59,24 +63,21 @@ class DatabaseDetector::Finder {
         rays_(std::move(rays)),
         model_(makeEdgeModel(object.model.mesh, tracker_options_)),
         matcher_(database_, options.same_place * diameter_),
-        verifier_(std::move(object.model), camera, rays_, index, tracker_options),
         plain_(std::all_of(database_.looks.begin(), database_.looks.end(), isPlain)),
+        alike_(plain_ || object.model.symmetries.axis || !object.model.symmetries.discrete.empty()),
+        verifier_(std::move(object.model), camera, rays_, index, tracker_options),
         templates_(model_, camera_, *rays_, index, tracker_options_, options_.templates) {}
 
-  // Whether features are not to be relied on.
-  bool hasFewFeatures() const {
-    return static_cast<double>(database_.features.size()) <=
-           options_.templates.max_features * static_cast<double>(database_.views.size());
-  }
-
-  std::optional<Detection> findByFeatures(const Picture& picture);
+  std::optional<Detection> findByFeatures(const Picture& picture, bool small);
   std::optional<Detection> confirm(const Picture& picture, const std::vector<PointMatch>& matches,
                                    const RansacPose& pose);
   std::optional<Detection> findByEdges(const Picture& picture);
 
  private:
   std::vector<PointMatch> match(const Features& features) const;
-  std::optional<double> look(const Picture& picture, const SE3& T_camera_object) const;
+  std::array<SE3, 3> turned(const SE3& T_camera_object) const;
+  std::optional<double> look(const Picture& picture, const SE3& T_camera_object,
+                             int most_points) const;
   Detection examine(const Picture& picture, const SE3& T_camera_object);
   double evidence(const Detection& detection) const;
   bool isProven(const Detection& detection) const;
@@ -90,8 +91,9 @@ class DatabaseDetector::Finder {
   const std::shared_ptr<const RayQuery> rays_;
   const EdgeModel model_;
   const FeatureMatcher matcher_;
-  EdgeTracker verifier_;
   const bool plain_;  // it has no print at all
+  const bool alike_;  // it cannot be told from itself turned
+  EdgeTracker verifier_;
   const EdgeTemplates templates_;
 };
 
@@ -107,8 +109,9 @@ std::vector<PointMatch> DatabaseDetector::Finder::match(const Features& features
   return matches;
 }
 
-std::optional<Detection> DatabaseDetector::Finder::findByFeatures(const Picture& picture) {
-  std::vector<PointMatch> matches = match(picture.features(database_.kind));
+std::optional<Detection> DatabaseDetector::Finder::findByFeatures(const Picture& picture,
+                                                                  bool small) {
+  std::vector<PointMatch> matches = match(picture.features(database_.kind, small));
   const Random random(static_cast<uint64_t>(object_), RandomStream::kDetector);
   for (int k = 0; k < options_.hypotheses; ++k) {
     const auto pose =
@@ -142,34 +145,69 @@ std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& pictur
     best = detection;
     best_score = score;
   };
+  const auto isCertain = [&] { return best && evidence(*best) >= options_.certain_evidence; };
+  const SE3 tilted = tiltedTheOtherWay(T, matches, pose.inliers);
   tryFrom(T);
-  tryFrom(tiltedTheOtherWay(T, matches, pose.inliers));
-  if (!best) tryFrom(templates_.refine(T, picture.edges()).T_camera_object);
+  tryFrom(tilted);
+  for (const SE3& start : {T, tilted})
+    if (!isCertain()) tryFrom(templates_.refine(start, picture.edges()).T_camera_object);
   return best;
 }
 
-// The best of the candidates: another view of the object may be nearly as good.
+// The best of the candidates: another view of the object may be nearly as good. Where one is,
+// nothing is claimed.
 std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& picture) {
-  const auto plausible = [&](const SE3& T) {
-    return look(picture, T).value_or(1) >= options_.implausible_look;
+  const auto looks = [&](const SE3& T) { return look(picture, T, options_.templates.look_points); };
+  std::vector<Detection> seen;
+  const auto best = [&] {
+    return std::max_element(seen.begin(), seen.end(), [&](const Detection& a, const Detection& b) {
+      return evidence(a) < evidence(b);
+    });
   };
-  std::optional<Detection> best;
-  for (const EdgeTemplates::Candidate& candidate : templates_.find(picture.edges(), plausible)) {
-    const Detection detection = examine(picture, candidate.T_camera_object);
-    if (isProven(detection) && (!best || evidence(detection) > evidence(*best))) best = detection;
-    if (best && evidence(*best) >= options_.certain_evidence) break;
+  const auto tryFrom = [&](const SE3& start) {
+    const Detection detection = examine(picture, start);
+    if (isProven(detection)) seen.push_back(detection);
+  };
+  for (const EdgeTemplates::Candidate& candidate : templates_.find(picture.edges(), looks)) {
+    tryFrom(candidate.T_camera_object);
+    if (!seen.empty() && evidence(*best()) >= options_.certain_evidence) break;
   }
-  return best;
+  if (seen.empty()) return std::nullopt;
+  if (alike_) return *best();
+  for (const SE3& rival : turned(best()->T_camera_object))
+    tryFrom(templates_.refine(rival, picture.edges()).T_camera_object);
+  const Detection found = *best();
+  const bool doubtful = std::any_of(seen.begin(), seen.end(), [&](const Detection& other) {
+    return evidence(other) > evidence(found) - options_.min_lead &&
+           angleBetween(other.T_camera_object.rotation, found.T_camera_object.rotation) >
+               options_.rival_rad;
+  });
+  return doubtful ? std::nullopt : std::optional(found);
 }
 
-std::optional<double> DatabaseDetector::Finder::look(const Picture& picture, const SE3& T) const {
-  return compareLooks(database_.looks, picture.means, camera_, T, model_.centre_object);
+// By quarter turns about the axis that points upwards: what stands looks most like that.
+std::array<SE3, 3> DatabaseDetector::Finder::turned(const SE3& T_camera_object) const {
+  const SE3 to_centre{Eigen::Quaterniond::Identity(), model_.centre_object};
+  std::array<SE3, 3> poses;
+  for (size_t k = 0; k < poses.size(); ++k) {
+    const double angle = 0.5 * std::numbers::pi * static_cast<double>(k + 1);
+    const SE3 turn{Eigen::Quaterniond(Eigen::AngleAxisd(angle, Vector3d::UnitZ())),
+                   Vector3d::Zero()};
+    poses[k] = T_camera_object * to_centre * turn * to_centre.inverse();
+  }
+  return poses;
+}
+
+std::optional<double> DatabaseDetector::Finder::look(const Picture& picture, const SE3& T,
+                                                     int most_points) const {
+  return compareLooks(database_.looks, picture.means, camera_, T, model_.centre_object,
+                      most_points);
 }
 
 Detection DatabaseDetector::Finder::examine(const Picture& picture, const SE3& T_camera_object) {
   const ObjectMeasurement measured = verifier_.examine(picture.frame, {T_camera_object});
   const SE3& T = measured.T_camera_object;
-  return {T, measured.health, look(picture, T)};
+  return {T, measured.health, look(picture, T, options_.look_points)};
 }
 
 double DatabaseDetector::Finder::evidence(const Detection& detection) const {
@@ -210,8 +248,10 @@ std::vector<std::optional<Detection>> DatabaseDetector::detect(const Frame& fram
   const Picture picture(frame, options_);
   for (size_t i = 0; i < objects.size(); ++i) {
     Finder& finder = *finders_[static_cast<size_t>(objects[i])];
-    detections[i] = finder.findByFeatures(picture);
-    if (!detections[i] && finder.hasFewFeatures()) detections[i] = finder.findByEdges(picture);
+    detections[i] = finder.findByFeatures(picture, false);
+    if (!detections[i]) detections[i] = finder.findByEdges(picture);
+    if (!detections[i] && options_.small_features)
+      detections[i] = finder.findByFeatures(picture, true);
   }
   return detections;
 }

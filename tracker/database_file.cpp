@@ -17,7 +17,7 @@ static_assert(std::endian::native == std::endian::little);
 
 constexpr std::string_view kMagic = "diorama-object-database ";
 // Of the format, and of what training draws: a database of other pictures is another one.
-constexpr std::string_view kVersion = "2";
+constexpr std::string_view kVersion = "3";
 constexpr size_t kSumLength = 64;
 constexpr const char* kTrainAgain = "make it again with `diorama train`";
 
@@ -116,7 +116,7 @@ std::string contentOf(const ObjectDatabase& database) {
     out.count(look.points.size());
     for (const Vector3f& p : look.points) out.numbers(p);
     for (const Vector3f& normal : look.normals) out.numbers(normal);
-    out.bytes(look.grey);
+    for (const Rgb8& color : look.colors) out.bytes({color.r, color.g, color.b});
   }
   return out.content();
 }
@@ -144,7 +144,9 @@ DatabaseLook readLook(Reader& in) {
   for (Vector3f& p : look.points) in.numbers(p);
   look.normals.resize(look.points.size());
   for (Vector3f& normal : look.normals) in.numbers(normal);
-  look.grey = in.bytes(look.points.size());
+  const std::vector<uint8_t> colors = in.bytes(3 * look.points.size());
+  for (size_t i = 0; i < colors.size(); i += 3)
+    look.colors.push_back({colors[i], colors[i + 1], colors[i + 2]});
   return look;
 }
 

@@ -96,9 +96,9 @@ ObjectDatabase trainDatabase(const ObjectModel& model, const RayQuery& rays, int
       database.descriptors.insert(database.descriptors.end(), row,
                                   row + static_cast<std::ptrdiff_t>(size));
     }
-    // Of the farthest views, which differ least in perspective from any others.
-    if (view + static_cast<size_t>(options.views) >= database.views.size())
-      database.looks.push_back(takeLook(frame.gray, trainingCamera(), rays, object_index,
+    // Of a middle distance: the nearer, the more points; the farther, the less perspective.
+    if (static_cast<int>(view) / options.views == options.distances / 2)
+      database.looks.push_back(takeLook(frame, trainingCamera(), rays, object_index,
                                         database.views[view], centreOf(model.mesh)));
   }
   return database;

@@ -29,11 +29,11 @@ struct TemplateOptions {
   double farthest_diameters = 5;
   double distance_ratio = 1.2;  // from one size of a template to the next
   int points = 32;              // of a template
-  int candidates = 300;         // that look like the object at all
-  int refined = 100;            // of these
-  int verified = 30;            // of these
-  // Objects with at most so many features in a view of the training have hardly any texture.
-  double max_features = 40;
+  int candidates = 2000;        // by their edges, to be compared with the object's look
+  double look_weight = 1;  // of the look (-1 to 1) against the edges (1: as by chance; 0: best)
+  int look_points = 48;    // that a candidate's look is taken at
+  int refined = 24;        // of the candidates
+  int verified = 10;       // of these
   ChamferOptions chamfer = {};
   template <class V>
   void visit(V& v) {
@@ -47,14 +47,17 @@ struct TemplateOptions {
     v("candidates", candidates, Range{1, 10000});
     v("refined", refined, Range{1, 10000});
     v("verified", verified, Range{0, 10000});
-    v("max_features", max_features, kNotNegative);
+    v("look_weight", look_weight, kNotNegative);
+    v("look_points", look_points, Range{24, 10000});
     v("chamfer", chamfer);
   }
 };
 
 struct DetectorOptions {
   // Features.
-  int max_features = 1000;    // of an image
+  int max_features = 1000;  // of an image
+  // Those below some 3 px take most of the time: looked for where all else fails.
+  bool small_features = true;
   double match_ratio = 0.85;  // Lowe 2004: 0.8; RANSAC copes with what is wrong
   double same_place = 0.04;   // nearer features are one place, in diameters of the object
   // Pose from matches: RANSAC (Fischler and Bolles 1981).
@@ -70,15 +73,20 @@ struct DetectorOptions {
   double min_evidence = 1.45;
   double min_feature_evidence = 1.35;  // where features agree, too
   double min_health = 0.5;             // in any case
-  double certain_evidence = 1.7;       // no better pose is looked for
+  double certain_evidence = 1.75;      // no better pose is looked for, but for its rivals
+  // A pose found by edges is dropped when another one, turned by at least so much against it, has
+  // hardly less evidence.
+  double min_lead = 0.03;
+  double rival_rad = 0.35;
   // Few pixels prove less: below this size of the object (its diameter, px) evidence without
   // features fades by the cube root.
-  double full_size_px = 200;
+  double full_size_px = 100;
+  int look_points = 400;
   double min_plain_health = 0.8;  // of an object that is too plain for a look
-  double implausible_look = 0.2;  // templates that look like less are not gone on with
   template <class V>
   void visit(V& v) {
     v("max_features", max_features, Range{1, 100000});
+    v("small_features", small_features);
     v("match_ratio", match_ratio, kFraction);
     v("same_place", same_place, kFraction);
     v("solver", solver, {"p3p", "epnp"});
@@ -92,9 +100,11 @@ struct DetectorOptions {
     v("min_feature_evidence", min_feature_evidence, Range{0, 2});
     v("min_health", min_health, kFraction);
     v("certain_evidence", certain_evidence, kPositive);
+    v("min_lead", min_lead, kNotNegative);
+    v("rival_rad", rival_rad, kNotNegative);
+    v("look_points", look_points, Range{24, 10000});
     v("full_size_px", full_size_px, kNotNegative);
     v("min_plain_health", min_plain_health, kFraction);
-    v("implausible_look", implausible_look, Range{-1, 1});
   }
 };
 

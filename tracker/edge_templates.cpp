@@ -1,10 +1,18 @@
 #include "tracker/edge_templates.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
 
 #include "tracker/pose_solver.h"
 #include "tracker/view_sphere.h"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wpsabi"  // without AVX such values pass through memory: fine
 
 namespace diorama {
 namespace {
@@ -12,7 +20,8 @@ namespace {
 // Templates are made from so many diameters away; at other distances the perspective differs, but
 // by less than the search tolerates.
 constexpr double kViewDistance = 2.5;
-constexpr int kPlaces = 2;  // kept of one template
+constexpr int kPlaces = 2;        // kept of one template
+constexpr int kFewestPoints = 8;  // of a template, as the options have it
 
 // Distances to the edges for the Gauss-Newton solver.
 class ChamferCue : public Cue {
@@ -61,29 +70,52 @@ class ChamferCue : public Cue {
   double ratio_ = 1;
 };
 
-// sums(x, y) += map(x + dx, y + dy), and chance where that is outside.
-void addShifted(const Image<uint8_t>& map, int dx, int dy, std::vector<uint16_t>& sums) {
-  for (int y = 0; y < map.height; ++y) {
-    uint16_t* const sum = sums.data() + static_cast<size_t>(y) * static_cast<size_t>(map.width);
-    const int from = std::clamp(-dx, 0, map.width),
-              to = std::clamp(map.width - dx, from, map.width);
-    const bool inside = y + dy >= 0 && y + dy < map.height;
-    const int first = inside ? from : map.width, last = inside ? to : map.width;
-    for (int x = 0; x < first; ++x) sum[x] = static_cast<uint16_t>(sum[x] + ChamferMaps::kChance);
-    if (inside) {
-      const uint8_t* const row = map.row(y + dy) + dx;
-      for (int x = first; x < last; ++x) sum[x] = static_cast<uint16_t>(sum[x] + row[x]);
-    }
-    for (int x = last; x < map.width; ++x)
-      sum[x] = static_cast<uint16_t>(sum[x] + ChamferMaps::kChance);
-  }
+constexpr int kBlock = ChamferMaps::kBlock;
+
+// kBlock neighbours at once: vectors of the compiler. Averages are rounded upwards.
+using Block = uint8_t __attribute__((vector_size(kBlock)));
+
+Block blockAt(const uint8_t* p) {
+  Block b;
+  std::memcpy(&b, p, sizeof b);
+  return b;
 }
 
-// In a form that is done by many at once.
-uint16_t lowestOf(const std::vector<uint16_t>& values) {
-  uint16_t lowest = UINT16_MAX;
-  for (const uint16_t value : values) lowest = std::min(lowest, value);
+Block average(Block a, Block b) {
+#ifdef __AVX2__
+  return reinterpret_cast<Block>(
+      _mm256_avg_epu8(reinterpret_cast<__m256i>(a), reinterpret_cast<__m256i>(b)));
+#else
+  return (a | b) - (((a ^ b) >> 1) & 0x7f);
+#endif
+}
+
+// The mean over n places, a power of two: averages of averages.
+template <int n>
+Block meanOf(const uint8_t* const* places, std::ptrdiff_t offset) {
+  if constexpr (n == 1)
+    return blockAt(places[0] + offset);
+  else
+    return average(meanOf<n / 2>(places, offset), meanOf<n / 2>(places + n / 2, offset));
+}
+
+Block meanOf(const uint8_t* const* places, size_t n, std::ptrdiff_t offset) {
+  if (n == kFewestPoints) return meanOf<kFewestPoints>(places, offset);
+  return average(meanOf(places, n / 2, offset), meanOf(places + n / 2, n / 2, offset));
+}
+
+uint8_t lowestOf(const std::vector<uint8_t>& values) {
+  uint8_t lowest = UINT8_MAX;
+  for (const uint8_t value : values) lowest = std::min(lowest, value);
   return lowest;
+}
+
+// A stable order by score, and no more than so many.
+template <class T>
+void keepBest(std::vector<T>& candidates, int most) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const T& a, const T& b) { return a.score < b.score; });
+  if (candidates.size() > static_cast<size_t>(most)) candidates.resize(static_cast<size_t>(most));
 }
 
 Eigen::Quaterniond aboutZ(double angle) {
@@ -114,58 +146,74 @@ void EdgeTemplates::addTemplate(const Vector3d& direction, const EdgeSearch& sea
   const Vector2d focal(studio.fx(), studio.fy());
   const Vector2d centre = *studio.project(Vector3d(0, 0, 1));
   const std::vector<int> samples = search.visibleSamples(view.T_camera_model);
-  const size_t wanted = static_cast<size_t>(options_.points);
-  for (size_t k = 0; k < std::min(samples.size(), wanted); ++k) {
-    const size_t i = samples.size() <= wanted ? k : k * samples.size() / wanted;
-    const auto line = search.projectSample(view.T_camera_model, R, samples[i]);
-    if (line) view.points.push_back({(line->u_px - centre).cwiseQuotient(focal), line->normal});
-  }
-  if (view.points.size() >= wanted / 2) templates_.push_back(std::move(view));
+  std::vector<Point> points;
+  for (const int sample : samples)
+    if (const auto line = search.projectSample(view.T_camera_model, R, sample))
+      points.push_back({(line->u_px - centre).cwiseQuotient(focal), line->normal});
+  // Always as many: a few may be taken twice.
+  const size_t wanted = std::bit_floor(static_cast<size_t>(options_.points));
+  if (points.size() < wanted / 2) return;
+  for (size_t k = 0; k < wanted; ++k) view.points.push_back(points[k * points.size() / wanted]);
+  templates_.push_back(std::move(view));
 }
 
 // Adds the best places of one template.
-void EdgeTemplates::slide(const ChamferMaps& maps, Placed placed, std::vector<uint16_t>& sums,
+void EdgeTemplates::slide(const ChamferMaps& maps, Placed placed, Scratch& scratch,
                           std::vector<Placed>& best) const {
   const Template& view = templates_[placed.view];
   const double scale = kViewDistance * diameter_ / placed.distance * camera_.fx() /
                        (maps.cell() * ChamferMaps::kCoarse);
   const Eigen::Rotation2Dd turn(placed.roll_rad);
-  std::fill(sums.begin(), sums.end(), uint16_t{0});
+  scratch.places.clear();
   for (const Point& point : view.points) {
     const Vector2d offset = scale * (turn * point.offset);
-    addShifted(maps.coarse(ChamferMaps::directionOf(turn * point.normal)),
-               static_cast<int>(std::lround(offset.x())), static_cast<int>(std::lround(offset.y())),
-               sums);
+    const auto cells = [](double x) {
+      constexpr double most = ChamferMaps::kBorder;
+      return static_cast<int>(std::lround(std::clamp(x, -most, most)));
+    };
+    scratch.places.push_back(maps.coarse(ChamferMaps::directionOf(turn * point.normal),
+                                         cells(offset.x()), cells(offset.y())));
   }
-  const int width = maps.coarse(0).width;
+  const int width = maps.coarseWidth(), height = maps.coarseHeight();
+  const int stride = (width + kBlock - 1) / kBlock * kBlock;
+  std::vector<uint8_t>& means = scratch.means;
+  means.resize(static_cast<size_t>(stride) * static_cast<size_t>(height));
+  for (int y = 0; y < height; ++y) {
+    uint8_t* const row = means.data() + static_cast<std::ptrdiff_t>(y) * stride;
+    for (int x = 0; x < stride; x += kBlock) {
+      const Block mean =
+          meanOf(scratch.places.data(), scratch.places.size(), y * maps.coarseStride() + x);
+      std::memcpy(row + x, &mean, sizeof mean);
+    }
+    std::fill(row + width, row + stride, uint8_t{UINT8_MAX});
+  }
   for (int k = 0; k < kPlaces; ++k) {
-    const uint16_t lowest = lowestOf(sums);
-    const int at = static_cast<int>(std::find(sums.begin(), sums.end(), lowest) - sums.begin());
-    placed.x = at % width;
-    placed.y = at / width;
-    placed.mean = lowest / static_cast<double>(view.points.size());
+    const uint8_t lowest = lowestOf(means);
+    const int at = static_cast<int>(std::find(means.begin(), means.end(), lowest) - means.begin());
+    placed.x = at % stride;
+    placed.y = at / stride;
+    placed.ratio = lowest / double{ChamferMaps::kChance};
     best.push_back(placed);
     // Its neighbourhood is done with.
     constexpr int kNear = 4;
-    for (int y = std::max(0, placed.y - kNear);
-         y < std::min(maps.coarse(0).height, placed.y + kNear + 1); ++y)
+    for (int y = std::max(0, placed.y - kNear); y < std::min(height, placed.y + kNear + 1); ++y)
       for (int x = std::max(0, placed.x - kNear); x < std::min(width, placed.x + kNear + 1); ++x)
-        sums[static_cast<size_t>(y * width + x)] = UINT16_MAX;
+        means[static_cast<size_t>(y * stride + x)] = UINT8_MAX;
   }
 }
 
 std::vector<EdgeTemplates::Placed> EdgeTemplates::place(const ChamferMaps& maps) const {
   std::vector<Placed> best;
-  std::vector<uint16_t> sums(maps.coarse(0).pixels.size());
-  if (sums.empty()) return best;
+  if (maps.coarseWidth() == 0 || maps.coarseHeight() == 0) return best;
+  Scratch scratch;
   const double step = options_.roll_rad > 0 ? options_.roll_rad : 1;
   for (size_t view = 0; view < templates_.size(); ++view)
     for (double distance = options_.nearest_diameters; distance <= options_.farthest_diameters;
          distance *= options_.distance_ratio)
       for (double roll = -options_.roll_rad; roll <= options_.roll_rad + 1e-9; roll += step)
-        slide(maps, {view, roll, distance * diameter_, 0, 0, 0}, sums, best);
+        slide(maps, {view, roll, distance * diameter_, 0, 0, 0}, scratch, best);
   std::stable_sort(best.begin(), best.end(),
-                   [](const Placed& a, const Placed& b) { return a.mean < b.mean; });
+                   [](const Placed& a, const Placed& b) { return a.ratio < b.ratio; });
   if (best.size() > static_cast<size_t>(options_.candidates))
     best.resize(static_cast<size_t>(options_.candidates));
   return best;
@@ -188,34 +236,41 @@ std::optional<SE3> EdgeTemplates::poseOf(const Placed& placed, const ChamferMaps
 EdgeTemplates::Candidate EdgeTemplates::refine(const SE3& T_camera_object,
                                                const ChamferMaps& maps) const {
   SE3 T = T_camera_object * SE3{Eigen::Quaterniond::Identity(), model_.centre_object};
-  constexpr int kRounds = 2;
+  constexpr int kRounds = 2, kSamples = 80;
   SolverLimits limits;
   limits.iterations = 4;
   limits.model_diameter = diameter_;
   double ratio = 1;
-  for (int round = 0; round <= kRounds; ++round) {
-    const std::vector<int> samples = search_.visibleSamples(T);
+  for (int round = 0; round < kRounds; ++round) {
+    const std::vector<int> samples = search_.visibleSamples(T, kSamples);
     ChamferCue cue(model_, search_, camera_, maps, samples);
     Cue* const cues[] = {&cue};
-    if (round < kRounds) T = solvePose(T, cues, limits).T_camera_model;
+    T = solvePose(T, cues, limits).T_camera_model;
     cue.linearise(T);
     ratio = cue.ratio();
   }
-  return {T * SE3{Eigen::Quaterniond::Identity(), -model_.centre_object}, ratio};
+  return {T * SE3{Eigen::Quaterniond::Identity(), -model_.centre_object}, ratio, ratio};
 }
 
 std::vector<EdgeTemplates::Candidate> EdgeTemplates::find(const ChamferMaps& maps,
-                                                          const Plausible& plausible) const {
+                                                          const Look& look) const {
   const SE3 T_model_object{Eigen::Quaterniond::Identity(), -model_.centre_object};
+  const auto score = [&](const SE3& T, double ratio) {
+    return ratio - options_.look_weight * look(T).value_or(0);
+  };
   std::vector<Candidate> candidates;
   for (const Placed& placed : place(maps)) {
     const auto T = poseOf(placed, maps);
-    if (T && plausible(*T * T_model_object))
-      candidates.push_back(refine(*T * T_model_object, maps));
-    if (candidates.size() == static_cast<size_t>(options_.refined)) break;
+    if (!T) continue;
+    const SE3 T_camera_object = *T * T_model_object;
+    candidates.push_back({T_camera_object, placed.ratio, score(T_camera_object, placed.ratio)});
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.ratio < b.ratio; });
+  keepBest(candidates, options_.refined);
+  for (Candidate& candidate : candidates) {
+    candidate = refine(candidate.T_camera_object, maps);
+    candidate.score = score(candidate.T_camera_object, candidate.ratio);
+  }
+  keepBest(candidates, options_.refined);
   // Refinement leads many to the same pose.
   std::vector<Candidate> distinct;
   for (const Candidate& c : candidates) {
@@ -231,3 +286,5 @@ std::vector<EdgeTemplates::Candidate> EdgeTemplates::find(const ChamferMaps& map
 }
 
 }  // namespace diorama
+
+#pragma GCC diagnostic pop

@@ -21,11 +21,12 @@ class EdgeTemplates {
   struct Candidate {
     SE3 T_camera_object;
     double ratio = 1;  // distance to the image's edges over what lines of any direction have there
+    double score = 1;  // the ratio, less for a good look
   };
-  // Whether a rough pose T_camera_object is worth refining.
-  using Plausible = std::function<bool(const SE3&)>;
-  // Poses that agree best with the image's edges, the best first, refined; at most `verified`.
-  std::vector<Candidate> find(const ChamferMaps& maps, const Plausible& plausible) const;
+  // How much the object looks like itself at a pose T_camera_object, in [-1, 1].
+  using Look = std::function<std::optional<double>(const SE3&)>;
+  // Poses with the best scores, the best first, refined; at most `verified`.
+  std::vector<Candidate> find(const ChamferMaps& maps, const Look& look) const;
 
   // A pose T_camera_object moved to the image's edges, from further off than the tracker can.
   Candidate refine(const SE3& T_camera_object, const ChamferMaps& maps) const;
@@ -44,12 +45,17 @@ class EdgeTemplates {
     size_t view = 0;
     double roll_rad = 0, distance = 0;  // m
     int x = 0, y = 0;                   // cells
-    double mean = 0;                    // in units of the maps
+    double ratio = 0;                   // as of a candidate, coarsely
+  };
+  struct Scratch {
+    std::vector<const uint8_t*>
+        places;  // of the template's points in the maps, when it is at (0, 0)
+    std::vector<uint8_t> means;
   };
 
   void addTemplate(const Vector3d& direction, const EdgeSearch& search, const Camera& studio);
   std::vector<Placed> place(const ChamferMaps& maps) const;
-  void slide(const ChamferMaps& maps, Placed placed, std::vector<uint16_t>& sums,
+  void slide(const ChamferMaps& maps, Placed placed, Scratch& scratch,
              std::vector<Placed>& best) const;
   std::optional<SE3> poseOf(const Placed& placed, const ChamferMaps& maps) const;
 

@@ -1,9 +1,9 @@
 // Which places of an object the features of an image may show.
 #pragma once
 
-#include <memory>
 #include <vector>
 
+#include "tracker/descriptor_index.h"
 #include "tracker/object_database.h"
 
 namespace diorama {
@@ -16,19 +16,16 @@ struct FeatureMatch {
 
 class FeatureMatcher {
  public:
-  // The database must outlive this object. Builds the index (FLANN, kd-trees); the same one on
-  // every run.
+  // The database must outlive this object. Builds the index.
   FeatureMatcher(const ObjectDatabase& database, double same_place_m);
-  ~FeatureMatcher();
 
   // At most one match for each point, those with a ratio below max_ratio (Lowe 2004). Thread-safe.
   std::vector<FeatureMatch> match(const Features& image, double max_ratio) const;
 
  private:
-  struct Index;
   const ObjectDatabase& database_;
   double same_place_m_;
-  std::unique_ptr<Index> index_;
+  DescriptorIndex index_;
 };
 
 }  // namespace diorama

@@ -35,6 +35,9 @@ Features extractSift(const Image<uint8_t>& image, int limit) {
   // OpenCV's size of a keypoint is its diameter in units of sigma; the descriptor looks at 4 x 4
   // cells of 3 sigma each.
   constexpr double kRadiusPerSize = 3;
+  // Its keypoints are those of the image at twice the size, where the centre of pixel u is 2 u +
+  // 0.5, divided by two (mended by a flag in OpenCV 4.8).
+  const Vector2d shift = Vector2d::Constant(0.25);
   const cv::Mat view(image.height, image.width, CV_8U, const_cast<uint8_t*>(image.pixels.data()));
   std::vector<cv::KeyPoint> points;
   cv::Mat descriptors;
@@ -51,7 +54,7 @@ Features extractSift(const Image<uint8_t>& image, int limit) {
       continue;
     }
     features.points.push_back(
-        {Vector2d(static_cast<double>(points[i].pt.x), static_cast<double>(points[i].pt.y)),
+        {Vector2d(static_cast<double>(points[i].pt.x), static_cast<double>(points[i].pt.y)) - shift,
          kRadiusPerSize * static_cast<double>(points[i].size)});
     appendRootSift(descriptors.ptr<float>(static_cast<int>(i)), descriptors.cols,
                    features.descriptors);
@@ -89,6 +92,22 @@ int descriptorSize(FeatureKind kind) { return kind == FeatureKind::kSift ? 128 :
 Features extractFeatures(const Image<uint8_t>& image, FeatureKind kind, int limit) {
   if (image.width < kSmallestSide || image.height < kSmallestSide) return {};
   return kind == FeatureKind::kSift ? extractSift(image, limit) : extractSurf(image, limit);
+}
+
+Features extractLargeFeatures(const Image<uint8_t>& image, FeatureKind kind, int limit) {
+  Image<uint8_t> half(image.width / 2, image.height / 2);
+  for (int y = 0; y < half.height; ++y) {
+    const uint8_t *const above = image.row(2 * y), *const below = image.row(2 * y + 1);
+    for (int x = 0; x < half.width; ++x)
+      half(x, y) = static_cast<uint8_t>(
+          (above[2 * x] + above[2 * x + 1] + below[2 * x] + below[2 * x + 1] + 2) >> 2);
+  }
+  Features features = extractFeatures(half, kind, limit);
+  for (Features::Point& point : features.points) {
+    point.u_px = 2 * point.u_px + Vector2d(0.5, 0.5);  // the centre of four pixels
+    point.radius_px *= 2;
+  }
+  return features;
 }
 
 }  // namespace diorama

@@ -30,4 +30,7 @@ struct Features {
 // At most `limit` of them, the strongest. None in an image too small to have any.
 Features extractFeatures(const Image<uint8_t>& image, FeatureKind kind, int limit);
 
+// The same without the smallest ones, in a third of the time: found in the image at half its size.
+Features extractLargeFeatures(const Image<uint8_t>& image, FeatureKind kind, int limit);
+
 }  // namespace diorama

@@ -137,13 +137,54 @@ TEST(Features, BothKindsAreRepeatable) {
   }
 }
 
+TEST(Features, LargeOnesLieWhereTheyAre) {
+  const Frame frame = test::BoxScene().draw(test::boxPose(), 0);
+  const Features all = extractFeatures(frame.gray, FeatureKind::kSift, 2000);
+  const Features large = extractLargeFeatures(frame.gray, FeatureKind::kSift, 50);
+  ASSERT_GT(large.points.size(), 10u);
+  int near = 0;
+  Vector2d sum = Vector2d::Zero();
+  for (const Features::Point& point : large.points) {
+    Vector2d best(9, 9);
+    for (const Features::Point& other : all.points)
+      if (const Vector2d d = point.u_px - other.u_px; d.norm() < best.norm()) best = d;
+    if (best.norm() > 1) continue;
+    ++near;
+    sum += best;
+  }
+  EXPECT_GT(2 * near, static_cast<int>(large.points.size()));
+  EXPECT_LT((sum / near).norm(), 0.25);  // half a pixel off would be another centre
+  EXPECT_TRUE(extractLargeFeatures(Image<uint8_t>(1, 1), FeatureKind::kSurf, 9).points.empty());
+}
+
+TEST(CompareLooks, ColoursTellWhatGreyValuesDoNot) {
+  const Rig printed(40);
+  const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
+  Frame frame = printed.scene.draw(T, 0);
+  std::vector<DatabaseLook> looks = printed.database.looks;
+  frame.rgb = Image<Rgb8>(frame.gray.width, frame.gray.height);
+  for (size_t i = 0; i < frame.gray.pixels.size(); ++i) {
+    const uint8_t g = frame.gray.pixels[i];
+    frame.rgb.pixels[i] = {g, g, g};
+  }
+  const auto look = [&] {
+    return *compareLooks(looks, MeanImage(frame), printed.scene.camera, T, Vector3d(0, 0, 0.1));
+  };
+  const double grey = look();
+  EXPECT_GT(grey, 0.8);
+  // Now every other point of the object is known to be red.
+  for (DatabaseLook& known : looks)
+    for (size_t i = 0; i < known.colors.size(); i += 2) known.colors[i].g = known.colors[i].b = 10;
+  EXPECT_LT(look(), grey - 0.2);
+}
+
 TEST(CompareLooks, TellsTheRightPoseFromAWrongOneAndFromAPlainObject) {
   const Rig printed(40), plain(0);
   const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
   const Vector3d centre(0, 0, 0.1);
   const auto look = [&](const Rig& rig, const SE3& pose) {
-    return compareLooks(rig.database.looks, MeanImage(rig.scene.draw(T, 0).gray), rig.scene.camera,
-                        pose, centre);
+    return compareLooks(rig.database.looks, MeanImage(rig.scene.draw(T, 0)), rig.scene.camera, pose,
+                        centre);
   };
   const SE3 half_turn{Eigen::Quaterniond(0, 0, 0, 1), Vector3d::Zero()};
   ASSERT_TRUE(look(printed, T));
@@ -156,11 +197,19 @@ TEST(CompareLooks, TellsTheRightPoseFromAWrongOneAndFromAPlainObject) {
 }
 
 TEST(MeanImage, IsTheMeanOfWholePixelsInside) {
-  Image<uint8_t> image(4, 3);
-  for (size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = static_cast<uint8_t>(i);
-  const MeanImage means(image);
-  EXPECT_EQ(means.mean({1, 1}, 1), 5);
-  EXPECT_EQ(means.mean({1, 1}, 3), 5);
+  Frame frame;
+  frame.gray = Image<uint8_t>(4, 3);
+  frame.rgb = Image<Rgb8>(4, 3);
+  for (size_t i = 0; i < frame.gray.pixels.size(); ++i) {
+    const uint8_t value = frame.gray.pixels[i] = static_cast<uint8_t>(i);
+    frame.rgb.pixels[i] = {value, static_cast<uint8_t>(2 * value), 7};
+  }
+  EXPECT_EQ(MeanImage(frame).mean({1, 1}, 3), Vector3f(5, 10, 7));
+  frame.rgb = {};
+  const MeanImage means(frame);
+  EXPECT_FALSE(means.hasColors());
+  EXPECT_EQ(means.mean({1, 1}, 1), Vector3f(5, 5, 5));
+  EXPECT_EQ(means.mean({1, 1}, 3), Vector3f(5, 5, 5));
   EXPECT_EQ(means.mean({0, 0}, 3), std::nullopt);
   EXPECT_EQ(means.mean({1e12, 1}, 1), std::nullopt);
 }

@@ -23,7 +23,7 @@ ObjectDatabase smallDatabase() {
   for (int i = 0; i < descriptorSize(database.kind); ++i)
     database.descriptors.push_back(static_cast<uint8_t>(3 * i));
   database.looks = {
-      {Vector3f::UnitX(), 0.01f, {Vector3f::UnitY()}, {Vector3f::UnitX()}, {uint8_t{77}}}};
+      {Vector3f::UnitX(), 0.01f, {Vector3f::UnitY()}, {Vector3f::UnitX()}, {Rgb8{77, 78, 79}}}};
   return database;
 }
 
@@ -49,7 +49,7 @@ std::string writtenContent() {
 
 // The same content under a checksum that fits.
 std::string sealed(const std::string& content) {
-  return "diorama-object-database 2\n" + sha256(content) + "\n" + content;
+  return "diorama-object-database 3\n" + sha256(content) + "\n" + content;
 }
 
 TEST(ObjectDatabase, ComesBackAsItWasWritten) {
@@ -67,7 +67,7 @@ TEST(ObjectDatabase, ComesBackAsItWasWritten) {
   EXPECT_EQ(read.features[0].view, 1);
   EXPECT_EQ(read.descriptors, written.descriptors);
   ASSERT_EQ(read.looks.size(), 1u);
-  EXPECT_EQ(read.looks[0].grey, written.looks[0].grey);
+  EXPECT_EQ(read.looks[0].colors, written.looks[0].colors);
   EXPECT_EQ(read.looks[0].normals, written.looks[0].normals);
 }
 
@@ -90,8 +90,8 @@ TEST(ObjectDatabase, TruncatedFilesAreFound) {
 TEST(ObjectDatabase, SaysWhatIsWrong) {
   EXPECT_THAT(complaint("solid cube"), HasSubstr("no object database"));
   std::string other = writtenContent();
-  other.replace(other.find(" 2\n"), 3, " 9\n");
-  EXPECT_THAT(complaint(other), HasSubstr("version `9`, expected 2"));
+  other.replace(other.find(" 3\n"), 3, " 9\n");
+  EXPECT_THAT(complaint(other), HasSubstr("version `9`, expected 3"));
   EXPECT_THAT(complaint(writtenContent() + "x"), HasSubstr("checksum"));
   const test::TemporaryFolder folder;
   EXPECT_THROW(readDatabase(folder / "nowhere.db"), MissingInputError);
