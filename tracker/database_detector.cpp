@@ -75,7 +75,7 @@ class DatabaseDetector::Finder {
 
  private:
   std::vector<PointMatch> match(const Features& features) const;
-  std::array<SE3, 3> turned(const SE3& T_camera_object) const;
+  std::array<SE3, 5> turned(const SE3& T_camera_object) const;
   std::optional<double> look(const Picture& picture, const SE3& T_camera_object,
                              int most_points) const;
   Detection examine(const Picture& picture, const SE3& T_camera_object);
@@ -185,15 +185,17 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
   return doubtful ? std::nullopt : std::optional(found);
 }
 
-// By quarter turns about the axis that points upwards: what stands looks most like that.
-std::array<SE3, 3> DatabaseDetector::Finder::turned(const SE3& T_camera_object) const {
+// About the axis that points upwards: by quarter turns, for what stands looks most like that, and
+// by as much as views of the templates differ.
+std::array<SE3, 5> DatabaseDetector::Finder::turned(const SE3& T_camera_object) const {
+  constexpr double kQuarter = 0.5 * std::numbers::pi, kView = 0.25;
   const SE3 to_centre{Eigen::Quaterniond::Identity(), model_.centre_object};
-  std::array<SE3, 3> poses;
-  for (size_t k = 0; k < poses.size(); ++k) {
-    const double angle = 0.5 * std::numbers::pi * static_cast<double>(k + 1);
+  std::array<SE3, 5> poses;
+  size_t k = 0;
+  for (const double angle : {-kView, kView, kQuarter, 2 * kQuarter, 3 * kQuarter}) {
     const SE3 turn{Eigen::Quaterniond(Eigen::AngleAxisd(angle, Vector3d::UnitZ())),
                    Vector3d::Zero()};
-    poses[k] = T_camera_object * to_centre * turn * to_centre.inverse();
+    poses[k++] = T_camera_object * to_centre * turn * to_centre.inverse();
   }
   return poses;
 }
