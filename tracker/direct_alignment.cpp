@@ -28,7 +28,7 @@ DirectAlignment::DirectAlignment(const EdgeModel& model, const Camera& camera, c
                                  int object, const TrackerOptions& options)
     : model_(model), camera_(camera), rays_(rays), object_(object), options_(options) {}
 
-void DirectAlignment::setReference(const ImagePyramid& image, const SE3& T) {
+void DirectAlignment::setReference(const ImagePyramid& image, const SE3& T, const CoverMap& cover) {
   points_.clear();
   const Image<uint8_t>& fine = image.level(kFineLevel);
   if (options_.direct_points == 0 || fine.width < 6 || fine.height < 6) return;
@@ -44,7 +44,8 @@ void DirectAlignment::setReference(const ImagePyramid& image, const SE3& T) {
     const uint8_t* row = fine.row(y);
     for (int x = x0; x <= x1; ++x) {
       const uint8_t* p = row + x;
-      if (std::abs(p[1] - p[-1]) + std::abs(p[fine.width] - p[-fine.width]) > kSmallestGradient)
+      if (std::abs(p[1] - p[-1]) + std::abs(p[fine.width] - p[-fine.width]) > kSmallestGradient &&
+          !cover.isCovered(fromLevel(Vector2d(x, y), kFineLevel)))
         strong.emplace_back(x, y);
     }
   }

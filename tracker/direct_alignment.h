@@ -9,6 +9,7 @@
 #include "core/ray_query.h"
 #include "tracker/edge_model.h"
 #include "tracker/image_pyramid.h"
+#include "tracker/surface_look.h"
 
 namespace diorama {
 
@@ -25,8 +26,8 @@ class DirectAlignment {
   DirectAlignment(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
                   const TrackerOptions& options);
 
-  // Takes about direct_points pixels with strong gradient of the object in this image.
-  void setReference(const ImagePyramid& image, const SE3& T_camera_model);
+  // Takes about direct_points uncovered pixels with strong gradient of the object in this image.
+  void setReference(const ImagePyramid& image, const SE3& T_camera_model, const CoverMap& cover);
   void forget() { points_.clear(); }
   bool ready() const { return points_.size() >= kFewestPoints; }
 

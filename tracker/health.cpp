@@ -53,7 +53,8 @@ TrackHealth assessHealth(const VisibleSamples& visible,
     health.texture_agreement = patches.agreeing / static_cast<double>(patches.expected);
   // Texture that disagrees is a warning; that it agrees proves little, for it may have been learned
   // on a wrong pose.
-  health.value = health.edge_agreement;
+  health.value =
+      health.edge_agreement * std::min(1.0, visible.uncoveredShare() / options.enough_uncovered);
   if (health.texture_agreement >= 0)
     health.value *= std::min(1.0, kWithoutTexture + health.texture_agreement);
   return health;

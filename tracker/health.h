@@ -1,6 +1,7 @@
 // How far a pose can be trusted.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -27,6 +28,12 @@ inline constexpr double kCreaseWeight = 0.5;
 struct VisibleSamples {
   size_t contour = 0;  // on the outline
   size_t crease = 0;   // inside
+  size_t covered = 0;  // of both kinds, behind something unknown; not among the above
+
+  double uncoveredShare() const {
+    const double uncovered = static_cast<double>(contour + crease);
+    return std::max(uncovered, 1.0) / std::max(uncovered + static_cast<double>(covered), 1.0);
+  }
 };
 
 // `observations` were made at the pose in question with kHealthRange; the texture was linearised

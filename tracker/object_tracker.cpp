@@ -86,7 +86,7 @@ EdgeTracker::Implementation::Implementation(ObjectModel object, Camera camera,
       rays_(std::move(rays)),
       model_(makeEdgeModel(object.mesh, options_)),
       direct_(model_, camera_, *rays_, object_index, options_),
-      refiner_(model_, camera_, *rays_, object_index, options_),
+      refiner_(model_, object.mesh, camera_, *rays_, object_index, options_),
       filter_(options_.filter, options_.particles, static_cast<uint64_t>(options_.seed)) {
   if (model_.edges.empty())
     throw InputError(SourcePlace{object_name_}, "the mesh has no edges that can be seen",
@@ -117,17 +117,27 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     return notClaimed(frame, "no pose to start from");
   }
   image_.build(frame.gray);
-  refiner_.setImage(frame);
+  refiner_.setImage(frame, state_ == State::kTracking || state_ == State::kDoubtful);
 
   const bool trusted = state_ == State::kTracking || (start && start->verified);
-  const double needed = trusted ? options_.claim_health : options_.start_health;
   const uint32_t index = static_cast<uint32_t>(frame.index);
   Estimate estimate;
   if (starting_ || (state_ == State::kLost && !reference_good_))
     estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), index);
   else
     estimate = follow(frame);
+  // A start that the image leaves where it was is half confirmed already.
+  const bool kept =
+      start && refiner_.pixelMotion(estimate.T_camera_model, T_last_) < options_.wide_search_px;
+  const double needed = trusted ? options_.claim_health
+                        : kept  ? options_.kept_health
+                                : options_.start_health;
   bool good = estimate.health.value >= needed;
+  if (!good && reference_good_) {
+    Estimate neighbour = refiner_.searchNeighbours(estimate);
+    good = neighbour.health.value >= needed;
+    if (good) estimate = std::move(neighbour);
+  }
   if (!good && reference_good_) {
     Estimate rescued = rescue(predict(frame.timestamp_ns), index);
     if (rescued.health.value > estimate.health.value) {
@@ -191,7 +201,7 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
   if (const std::string problem = problemOf(frame, start); !problem.empty())
     return notClaimed(frame, problem);
   image_.build(frame.gray);
-  refiner_.setImage(frame);
+  refiner_.setImage(frame, false);
   const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object));
   return report(frame, estimate, estimate.health.value >= options_.start_health);
 }
@@ -220,12 +230,12 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   last_ns_ = timestamp_ns;
   if (!good) {
     // An unconfirmed start is carried by its grey values, lest it drifts away before it is proven.
-    if (starting_ && !reference_good_) direct_.setReference(image_, T_last_);
+    if (starting_ && !reference_good_) direct_.setReference(image_, T_last_, {});
     return;
   }
   starting_ = false;
   T_good_ = T_last_;
-  direct_.setReference(image_, T_good_);
+  direct_.setReference(image_, T_good_, refiner_.coverAt(T_good_));
   reference_good_ = direct_.ready();
   refiner_.remember(estimate);
 }

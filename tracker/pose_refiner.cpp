@@ -16,13 +16,14 @@ constexpr double kClearlyBetter = 0.01;  // fit: about one sample in a hundred
 
 }  // namespace
 
-PoseRefiner::PoseRefiner(const EdgeModel& model, const Camera& camera, const RayQuery& rays,
-                         int object, const TrackerOptions& options)
+PoseRefiner::PoseRefiner(const EdgeModel& model, const Mesh& mesh, const Camera& camera,
+                         const RayQuery& rays, int object, const TrackerOptions& options)
     : model_(model),
       camera_(camera),
       options_(options),
       search_(model, camera, rays, object, options),
       texture_(model, camera, rays, object, options),
+      surface_(mesh, model.centre_object, camera, rays, object, options),
       memory_(model.samples.size()) {}
 
 Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ranges_px) {
@@ -30,15 +31,16 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   estimate.T_camera_model = start;
   SE3& T = estimate.T_camera_model;
   SE3 T_samples = start, T_texture = start;
-  std::vector<int> samples = search_.visibleSamples(T);
+  Samples samples = samplesAt(T);
   const SolverLimits limits = solverLimits();
-  texture_.align(*picture_->grey, T);
+  texture_.align(*picture_->grey, T, coverAt(T));
 
   for (size_t round = 0; round < search_ranges_px.size(); ++round) {
     const bool last = round + 1 == search_ranges_px.size();
-    if (pixelMotion(T, T_samples) > 4) samples = search_.visibleSamples(T_samples = T);
-    if (pixelMotion(T, T_texture) > 3) texture_.align(*picture_->grey, T_texture = T);
-    estimate.observations = search_.search(*picture_, T, samples, memory_, search_ranges_px[round]);
+    if (pixelMotion(T, T_samples) > 4) samples = samplesAt(T_samples = T);
+    if (pixelMotion(T, T_texture) > 3) texture_.align(*picture_->grey, T_texture = T, coverAt(T));
+    estimate.observations =
+        search_.search(*picture_, T, samples.uncovered, memory_, search_ranges_px[round]);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
     Cue* const cues[] = {&edges, &texture_};
@@ -54,9 +56,11 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     estimate.covariance =
         estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }
-  estimate.observations = search_.search(*picture_, T, samples, memory_, kHealthRange);
+  estimate.observations = search_.search(*picture_, T, samples.uncovered, memory_, kHealthRange);
   const VisibleSamples visible = countSamples(samples, T);
   estimate.health = assessHealth(visible, estimate.observations, texture_, options_);
+  // Some edges of the cover are taken for the object's: the more, the less of it is to be seen.
+  estimate.covariance /= visible.uncoveredShare();
   estimate.fit = fitOf(visible, estimate.observations);
   return estimate;
 }
@@ -127,10 +131,43 @@ Estimate PoseRefiner::searchNeighbours(Estimate best) {
   return best;
 }
 
-VisibleSamples PoseRefiner::countSamples(const std::vector<int>& samples, const SE3& T) const {
+// The map is coarse: it holds for poses nearby.
+const CoverMap& PoseRefiner::coverAt(const SE3& T) {
+  constexpr double kNearby = 3;  // px
+  if (!T_cover_ || pixelMotion(T, *T_cover_) > kNearby) {
+    cover_ = allow_cover_ ? surface_.compare(*picture_, T) : CoverMap();
+    T_cover_ = T;
+  }
+  return cover_;
+}
+
+PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T) {
+  Samples samples{search_.visibleSamples(T)};
+  samples.covered = dropCovered(samples.uncovered, T);
+  return samples;
+}
+
+std::vector<int> PoseRefiner::visibleSamples(const SE3& T, int max_samples) {
+  std::vector<int> samples = search_.visibleSamples(T, max_samples);
+  dropCovered(samples, T);
+  return samples;
+}
+
+size_t PoseRefiner::dropCovered(std::vector<int>& samples, const SE3& T) {
+  const CoverMap& cover = coverAt(T);
+  const Matrix3d R = T.rotationMatrix();
+  return std::erase_if(samples, [&](int sample) {
+    const auto u =
+        camera_.project(R * model_.samples[static_cast<size_t>(sample)].p + T.translation);
+    return u && cover.isCovered(*u);
+  });
+}
+
+VisibleSamples PoseRefiner::countSamples(const Samples& samples, const SE3& T) const {
   const Vector3d eye = T.inverse().translation;
   VisibleSamples count;
-  for (const int sample : samples)
+  count.covered = samples.covered;
+  for (const int sample : samples.uncovered)
     ++(search_.onContour(sample, eye) ? count.contour : count.crease);
   return count;
 }
@@ -190,8 +227,8 @@ Estimate PoseRefiner::refineStart(const SE3& start) {
   return best;
 }
 
-double PoseRefiner::edgeScore(const SE3& T) const {
-  const std::vector<int> samples = search_.visibleSamples(T);
+double PoseRefiner::edgeScore(const SE3& T) {
+  const std::vector<int> samples = visibleSamples(T, options_.max_samples);
   if (samples.size() < static_cast<size_t>(options_.min_samples)) return 0;
   int near = 0;
   for (const EdgeObservation& o : search_.search(*picture_, T, samples, memory_, 4)) {
@@ -206,10 +243,12 @@ double PoseRefiner::edgeScore(const SE3& T) const {
 }
 
 void PoseRefiner::remember(const Estimate& estimate) {
+  const CoverMap& cover = coverAt(estimate.T_camera_model);
+  surface_.learn(*picture_, estimate.T_camera_model, cover);
   learnContrast(estimate.observations);
   texture_.correctKeyframe(estimate.edges);
   if (texture_.empty() || texture_.keyframeNeeded(estimate.T_camera_model))
-    texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance);
+    texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance, cover);
 }
 
 void PoseRefiner::learnContrast(const std::vector<EdgeObservation>& observations) {

@@ -12,6 +12,7 @@
 #include "tracker/image_pyramid.h"
 #include "tracker/particle_filter.h"
 #include "tracker/pose_solver.h"
+#include "tracker/surface_look.h"
 #include "tracker/texture_cue.h"
 
 namespace diorama {
@@ -33,11 +34,17 @@ struct Estimate {
 class PoseRefiner {
  public:
   // All references must outlive this object.
-  PoseRefiner(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
-              const TrackerOptions& options);
+  PoseRefiner(const EdgeModel& model, const Mesh& mesh, const Camera& camera, const RayQuery& rays,
+              int object, const TrackerOptions& options);
 
   // The image that the calls below are about; must outlive them.
-  void setImage(const EdgePicture& picture) { picture_ = picture; }
+  // Covers are allowed for when the pose before was right: a pose that is looked for in the whole
+  // image could call covered whatever speaks against it.
+  void setImage(const EdgePicture& picture, bool allow_cover) {
+    picture_ = picture;
+    allow_cover_ = allow_cover;
+    T_cover_.reset();
+  }
 
   // One round of search for each range, from wide to narrow.
   Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
@@ -56,12 +63,13 @@ class PoseRefiner {
   // given samples, and how likely the pose is before and after.
   JudgedPose judge(const SE3& start, const std::vector<int>& samples,
                    const std::vector<int>& search_ranges_px) const;
-  std::vector<int> visibleSamples(const SE3& T_camera_model, int max_samples) const {
-    return search_.visibleSamples(T_camera_model, max_samples);
-  }
+  std::vector<int> visibleSamples(const SE3& T_camera_model, int max_samples);
+
+  // Where something covers the object, seen from about this pose.
+  const CoverMap& coverAt(const SE3& T_camera_model);
 
   // The share of visible samples with an edge nearby.
-  double edgeScore(const SE3& T_camera_model) const;
+  double edgeScore(const SE3& T_camera_model);
 
   // Learns from a good estimate: the contrast of the edges, and new patches where they are needed.
   void remember(const Estimate& estimate);
@@ -74,7 +82,13 @@ class PoseRefiner {
     return {options_.wide_search_px, options_.narrow_search_px};
   }
   SolverLimits solverLimits() const;
-  VisibleSamples countSamples(const std::vector<int>& samples, const SE3& T_camera_model) const;
+  struct Samples {
+    std::vector<int> uncovered;
+    size_t covered = 0;
+  };
+  Samples samplesAt(const SE3& T_camera_model);
+  size_t dropCovered(std::vector<int>& samples, const SE3& T_camera_model);
+  VisibleSamples countSamples(const Samples& samples, const SE3& T_camera_model) const;
   double fitOf(const VisibleSamples& visible,
                const std::vector<EdgeObservation>& observations) const;
   std::vector<SE3> neighboursOf(const Estimate& estimate) const;
@@ -88,6 +102,10 @@ class PoseRefiner {
   const TrackerOptions& options_;
   const EdgeSearch search_;
   TextureCue texture_;
+  SurfaceLook surface_;
+  CoverMap cover_;  // of the current image, seen from T_cover_
+  std::optional<SE3> T_cover_;
+  bool allow_cover_ = false;
   std::vector<Contrast> memory_;  // one per sample of the model
   std::optional<EdgePicture> picture_;
 };

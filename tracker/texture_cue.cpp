@@ -25,8 +25,8 @@ TextureCue::TextureCue(const EdgeModel& model, const Camera& camera, const RayQu
                        int object, const TrackerOptions& options)
     : model_(model), camera_(camera), rays_(rays), object_(object), options_(options) {}
 
-void TextureCue::setKeyframe(const Image<uint8_t>& image, const SE3& T,
-                             const Matrix6d& covariance) {
+void TextureCue::setKeyframe(const Image<uint8_t>& image, const SE3& T, const Matrix6d& covariance,
+                             const CoverMap& cover) {
   patches_.clear();
   T_keyframe_ = T;
   keyframe_covariance_ = covariance;
@@ -34,8 +34,17 @@ void TextureCue::setKeyframe(const Image<uint8_t>& image, const SE3& T,
   const ProjectedBox box = projectedBox(model_, camera_, T);
   for (const Vector2d& corner : findCorners(image, box.low, box.high, kBorder)) {
     if (patches_.size() >= static_cast<size_t>(options_.texture_patches)) break;
-    addPatch(image, T, corner);
+    if (!touchesCover(cover, corner)) addPatch(image, T, corner);
   }
+}
+
+// A patch on the rim of a cover would move with it.
+bool TextureCue::touchesCover(const CoverMap& cover, const Vector2d& u) {
+  constexpr double reach = 2 * kRadius;
+  for (const double x : {-reach, 0.0, reach})
+    for (const double y : {-reach, 0.0, reach})
+      if (cover.isCovered(u + Vector2d(x, y))) return true;
+  return false;
 }
 
 void TextureCue::addPatch(const Image<uint8_t>& image, const SE3& T, const Vector2d& u) {
@@ -119,20 +128,21 @@ bool TextureCue::keyframeNeeded(const SE3& T) const {
   if (view.dot(keyframe_view) < options_.keyframe_view_cosine) return true;
   if (!(scale < options_.keyframe_scale && scale > 1 / options_.keyframe_scale)) return true;
   const Agreement now = agreement(2);
-  return now.agreeing < options_.keyframe_agreement * static_cast<double>(patches_.size());
+  return now.agreeing < options_.keyframe_agreement * static_cast<double>(now.expected);
 }
 
-void TextureCue::align(const Image<uint8_t>& image, const SE3& T) {
-  for (Patch& patch : patches_) alignPatch(image, T, patch);
+void TextureCue::align(const Image<uint8_t>& image, const SE3& T, const CoverMap& cover) {
+  for (Patch& patch : patches_) alignPatch(image, T, cover, patch);
 }
 
 // Inverse compositional search of a translation; the pose gives the affine part of the warp, mean
 // and contrast are normalised.
-void TextureCue::alignPatch(const Image<uint8_t>& image, const SE3& T, Patch& patch) const {
+void TextureCue::alignPatch(const Image<uint8_t>& image, const SE3& T, const CoverMap& cover,
+                            Patch& patch) const {
   patch.expected = patch.found = false;
   const Matrix3d R = T.rotationMatrix();
   const auto projection = camera_.projectWithJacobian(R * patch.p + T.translation);
-  if (!projection) return;
+  if (!projection || cover.isCovered(projection->u_px)) return;
   const Matrix23d J = projection->J * R;
   const Vector2d a = J * patch.along_x, b = J * patch.along_y;
   if (a.x() * b.y() - a.y() * b.x() < kSmallestArea) return;

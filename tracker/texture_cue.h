@@ -10,6 +10,7 @@
 #include "tracker/edge_model.h"
 #include "tracker/image_pyramid.h"
 #include "tracker/pose_solver.h"
+#include "tracker/surface_look.h"
 
 namespace diorama {
 
@@ -19,18 +20,18 @@ class TextureCue : public Cue {
   TextureCue(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
              const TrackerOptions& options);
 
-  // Takes new patches from this image. There may be none. The pose's covariance (right tangent) is
-  // an error that all patches share as long as this keyframe lives.
+  // Takes new patches from what is not covered in this image. There may be none. The pose's
+  // covariance (right tangent) is an error that all patches share as long as this keyframe lives.
   void setKeyframe(const Image<uint8_t>& image, const SE3& T_camera_model,
-                   const Matrix6d& covariance);
+                   const Matrix6d& covariance, const CoverMap& cover);
   void forget() { patches_.clear(); }
   bool empty() const { return patches_.empty(); }
 
   // Whether the view has changed so much that new patches should be taken.
   bool keyframeNeeded(const SE3& T_camera_model) const;
 
-  // Finds the patches near where the pose says.
-  void align(const Image<uint8_t>& image, const SE3& T_camera_model);
+  // Finds the patches near where the pose says, unless something covers them.
+  void align(const Image<uint8_t>& image, const SE3& T_camera_model, const CoverMap& cover);
 
   // Distances of projected patch centres to where they were found. The shared error of the keyframe
   // is marginalised: however many patches there are, they know no more than the keyframe's pose.
@@ -64,9 +65,11 @@ class TextureCue : public Cue {
     double distance_px = 0;
   };
 
+  static bool touchesCover(const CoverMap& cover, const Vector2d& u_px);
   void addPatch(const Image<uint8_t>& image, const SE3& T, const Vector2d& u_px);
   bool fillValues(const Image<uint8_t>& image, int x, int y, Patch& patch) const;
-  void alignPatch(const Image<uint8_t>& image, const SE3& T, Patch& patch) const;
+  void alignPatch(const Image<uint8_t>& image, const SE3& T, const CoverMap& cover,
+                  Patch& patch) const;
 
   const EdgeModel& model_;
   const Camera& camera_;

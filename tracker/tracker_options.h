@@ -62,6 +62,7 @@ struct TrackerOptions {
   double claim_health = 0.35;    // an object half hidden is still claimed
   double start_health = 0.65;    // after a start, a doubt or a loss: 2% of wrong poses that were
                                  // fitted in clutter reach it
+  double kept_health = 0.5;      // ... when the given pose was right within wide_search_px
   double certain_health = 0.85;  // of a start that needs no comparison with others around it
   double lost_health = 0.2;
   int doubtful_frames = 10;      // in a row, before the object is lost
@@ -72,6 +73,12 @@ struct TrackerOptions {
   double fit_sigma_px = 0.3;  // that edges of the right pose keep, but for a few
   double neighbour_px = 3;    // to a neighbour, rms of its edges along their normals
   int neighbour_rounds = 4;   // 0 = none are tried
+
+  // What the surface looked like tells where something covers it: edges there are not the object's.
+  int surface_points = 1200;      // on the whole object; 0 = covers are not looked for
+  double surface_tolerance = 15;  // levels of any colour, beyond the light's change
+  int surface_patience = 90;      // frames, until a changed part is the object's new look
+  double enough_uncovered = 0.4;  // share of the samples; with fewer the health falls
 
   // Rescue of an unhealthy track by random starts around the prediction.
   int rescue_starts = 8;       // aligned, after screening by grey values ...
@@ -122,6 +129,7 @@ struct TrackerOptions {
     v("inlier_px", inlier_px, kPositive);
     v("claim_health", claim_health, kFraction);
     v("start_health", start_health, kFraction);
+    v("kept_health", kept_health, kFraction);
     v("certain_health", certain_health, kFraction);
     v("lost_health", lost_health, kFraction);
     v("doubtful_frames", doubtful_frames, Range{0, 100000});
@@ -130,6 +138,10 @@ struct TrackerOptions {
     v("fit_sigma_px", fit_sigma_px, kPositive);
     v("neighbour_px", neighbour_px, kPositive);
     v("neighbour_rounds", neighbour_rounds, Range{0, 100});
+    v("surface_points", surface_points, Range{0, 100000});
+    v("surface_tolerance", surface_tolerance, Range{0, 255});
+    v("surface_patience", surface_patience, Range{0, 100000});
+    v("enough_uncovered", enough_uncovered, kFraction);
     v("rescue_starts", rescue_starts, Range{0, 1000});
     v("rescue_screened", rescue_screened, Range{0, 100000});
     v("rescue_sigma", rescue_sigma, kNotNegative);

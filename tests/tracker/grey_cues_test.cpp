@@ -54,7 +54,7 @@ TEST_F(GreyCues, PyramidKeepsPlaces) {
 TEST_F(GreyCues, DirectAlignmentFindsALargeMotion) {
   DirectAlignment direct(model, scene.camera, scene.rays, 0, options);
   EXPECT_FALSE(direct.ready());
-  direct.setReference(image, T);
+  direct.setReference(image, T, {});
   ASSERT_TRUE(direct.ready());
   for (const double scale : {-0.4, -0.2, 0.4, 1.0}) {
     const SE3 start = moved(T, scale);
@@ -68,7 +68,7 @@ TEST_F(GreyCues, DirectAlignmentFindsALargeMotion) {
 
 TEST_F(GreyCues, DirectAlignmentIgnoresBrightness) {
   DirectAlignment direct(model, scene.camera, scene.rays, 0, options);
-  direct.setReference(image, T);
+  direct.setReference(image, T, {});
   Image<uint8_t> brighter = frame.gray;
   for (uint8_t& p : brighter.pixels) p = static_cast<uint8_t>(std::min(255, p + 20));
   ImagePyramid pyramid;
@@ -80,7 +80,7 @@ TEST_F(GreyCues, DirectAlignmentIgnoresBrightness) {
 TEST_F(GreyCues, TextureAloneFindsThePose) {
   TextureCue texture(model, scene.camera, scene.rays, 0, options);
   EXPECT_TRUE(texture.empty());
-  texture.setKeyframe(frame.gray, T, Matrix6d::Zero());
+  texture.setKeyframe(frame.gray, T, Matrix6d::Zero(), {});
   ASSERT_FALSE(texture.empty());
   const SE3 truth = test::boxPose(0.1) * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
   const Frame next = scene.draw(test::boxPose(0.1), 1);
@@ -90,7 +90,7 @@ TEST_F(GreyCues, TextureAloneFindsThePose) {
   limits.iterations = 5;
   limits.model_diameter = model.diameter;
   for (int round = 0; round < 2; ++round) {
-    texture.align(next.gray, pose);
+    texture.align(next.gray, pose, {});
     pose = solvePose(pose, cues, limits).T_camera_model;
   }
   EXPECT_LT(pixelError(scene, model, pose, truth), 0.25);
@@ -103,9 +103,9 @@ TEST_F(GreyCues, TextureAloneFindsThePose) {
 
 TEST_F(GreyCues, TextureIsNotFoundWhereItIsNot) {
   TextureCue texture(model, scene.camera, scene.rays, 0, options);
-  texture.setKeyframe(frame.gray, T, Matrix6d::Zero());
+  texture.setKeyframe(frame.gray, T, Matrix6d::Zero(), {});
   const Frame empty = scene.draw(test::boxPose(), 1, true);
-  texture.align(empty.gray, T);
+  texture.align(empty.gray, T, {});
   texture.linearise(T);
   const TextureCue::Agreement agreement = texture.agreement(1.5);
   EXPECT_LT(agreement.agreeing, 0.2 * agreement.expected);

@@ -141,6 +141,32 @@ TEST(EdgeTracker, SaysWithinThreeFramesThatTheObjectIsGone) {
   EXPECT_LT(errorOf(m.T_camera_object, poseOf(4)).m, 0.003);
 }
 
+// An unknown thing slides over half of the object, with edges and print of its own, and moves on.
+TEST(EdgeTracker, HoldsWhatIsHalfCovered) {
+  const test::BoxScene scene;
+  const auto claims = [&](const TrackerOptions& options) {
+    const auto tracker = makeTracker(scene, options);
+    int right = 0;
+    for (int i = 0; i < 30; ++i) {
+      Frame frame = scene.draw(poseOf(i), i);
+      for (int y = 0; y < frame.gray.height; ++y)
+        for (int x = std::max(0, 60 + 6 * i - 90); x < std::min(60 + 6 * i, frame.gray.width); ++x)
+          frame.gray(x, y) = (x - 6 * i + 1000) / 12 % 2 ? 25 : 60;
+      const auto start = i == 0 ? std::optional(startAt(poseOf(0))) : std::nullopt;
+      const ObjectMeasurement m = tracker->track(frame, start);
+      const bool is_right = errorOf(m.T_camera_object, poseOf(i)).m < 0.005;
+      EXPECT_TRUE(!m.claimed || errorOf(m.T_camera_object, poseOf(i)).m < 0.05) << i;
+      right += m.claimed && is_right;
+    }
+    return right;
+  };
+  TrackerOptions blind;
+  blind.surface_points = 0;
+  const int right = claims({});
+  EXPECT_GT(right, claims(blind));
+  EXPECT_GE(right, 25);
+}
+
 TEST(EdgeTracker, AnewFromAGivenStart) {
   const test::BoxScene scene;
   const auto tracker = makeTracker(scene);

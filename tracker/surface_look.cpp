@@ -1,0 +1,205 @@
+#include "tracker/surface_look.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <type_traits>
+
+namespace diorama {
+namespace {
+
+constexpr double kSteepest = 0.25;       // cosine between normal and ray: steeper ones are not seen
+constexpr float kRate = 0.2f;            // of the running mean of what a point looks like
+constexpr float kSpreadRate = 0.05f;     // ... and of its differences: slower than covers come
+constexpr float kFirstSpread = 10;       // levels: one frame tells little
+constexpr int kReach = 2;                // px around a point that are averaged
+constexpr float kDark = 16;              // levels; darker ones have no ratio worth the name
+constexpr float kLargestChange = 1.25f;  // of the light from one learned frame to the next
+constexpr size_t kFewest = 20;
+constexpr double kSmallestCell = 8;  // px: a pose is off by less than half of it
+
+// Mean of the pixels within kReach; grey values have three equal channels.
+template <class Pixel>
+Vector3f meanAround(const Image<Pixel>& image, int x, int y) {
+  Vector3f sum = Vector3f::Zero();
+  for (int j = -kReach; j <= kReach; ++j)
+    for (int i = -kReach; i <= kReach; ++i) {
+      if constexpr (std::is_same_v<Pixel, Rgb8>) {
+        const Rgb8& p = image(x + i, y + j);
+        sum += Vector3f(p.r, p.g, p.b);
+      } else {
+        sum += Vector3f::Constant(image(x + i, y + j));
+      }
+    }
+  return sum / ((2 * kReach + 1) * (2 * kReach + 1));
+}
+
+}  // namespace
+
+CoverMap::CoverMap(const Vector2d& low_px, const Vector2d& high_px) : low_px_(low_px) {
+  const Vector2d size = high_px - low_px;
+  if (!(size.minCoeff() > 0)) return;
+  cell_px_ = std::max(kSmallestCell, size.maxCoeff() / kCells);
+  width_ = static_cast<int>(size.x() / cell_px_) + 1;
+  height_ = static_cast<int>(size.y() / cell_px_) + 1;
+  cells_.resize(static_cast<size_t>(width_ * height_));
+}
+
+void CoverMap::add(const Vector2d& u_px, bool like_before) {
+  if (cells_.empty()) return;
+  const Vector2d at = (u_px - low_px_) / cell_px_;
+  const int x = static_cast<int>(std::floor(at.x())), y = static_cast<int>(std::floor(at.y()));
+  if (x < 0 || y < 0 || x >= width_ || y >= height_) return;
+  Cell& cell = cells_[static_cast<size_t>(y * width_ + x)];
+  ++cell.known;
+  cell.changed += !like_before;
+}
+
+bool CoverMap::isCovered(const Vector2d& u_px) const {
+  if (cells_.empty()) return false;
+  // The four cells whose common corner is nearest.
+  const Vector2d at = (u_px - low_px_) / cell_px_;
+  const int x = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
+  int known = 0, changed = 0;
+  for (int j = std::max(0, y - 1); j <= std::min(height_ - 1, y); ++j)
+    for (int i = std::max(0, x - 1); i <= std::min(width_ - 1, x); ++i) {
+      const Cell& cell = cells_[static_cast<size_t>(j * width_ + i)];
+      known += cell.known;
+      changed += cell.changed;
+    }
+  constexpr int kFewestKnown = 3;
+  return known >= kFewestKnown && 2 * changed > known;
+}
+
+SurfaceLook::SurfaceLook(const Mesh& mesh, const Vector3d& centre_object, const Camera& camera,
+                         const RayQuery& rays, int object, const TrackerOptions& options)
+    : centre_object_(centre_object),
+      camera_(camera),
+      rays_(rays),
+      object_(object),
+      options_(options),
+      tolerance_(static_cast<float>(options.surface_tolerance)) {
+  if (options_.surface_points > 0) scatter(mesh);
+}
+
+// Points at equal steps of the surface's area, spread within their triangles by the golden ratio.
+void SurfaceLook::scatter(const Mesh& mesh) {
+  double area = 0;
+  const auto sides = [&](const Eigen::Vector3i& t) {
+    const Vector3d a = mesh.positions[static_cast<size_t>(t[0])].cast<double>();
+    const Vector3d b = mesh.positions[static_cast<size_t>(t[1])].cast<double>();
+    const Vector3d c = mesh.positions[static_cast<size_t>(t[2])].cast<double>();
+    return std::array<Vector3d, 3>{a, b - a, c - a};
+  };
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto [a, ab, ac] = sides(t);
+    area += ab.cross(ac).norm() / 2;
+  }
+  const double step = area / options_.surface_points;
+  if (!(step > 0)) return;
+  double passed = 0, next = step / 2;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const auto [a, ab, ac] = sides(t);
+    const Vector3d n = ab.cross(ac);
+    for (passed += n.norm() / 2; next < passed; next += step) {
+      const double k = static_cast<double>(points_.size());
+      double u = std::fmod(k * (std::numbers::phi - 1), 1), v = std::fmod(k * 0.7548776662, 1);
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      points_.push_back({a + u * ab + v * ac - centre_object_, n.normalized()});
+    }
+  }
+}
+
+std::vector<SurfaceLook::Sight> SurfaceLook::look(const EdgePicture& picture, const SE3& T) const {
+  const Vector3d eye = T.inverse().translation;
+  const Matrix3d R = T.rotationMatrix();
+  std::vector<Sight> sights;
+  std::vector<Vector3d> places;
+  for (size_t i = 0; i < points_.size(); ++i) {
+    const Vector3d ray = eye - points_[i].p;
+    if (points_[i].normal.dot(ray) < kSteepest * ray.norm()) continue;
+    const auto u = camera_.project(R * points_[i].p + T.translation);
+    if (!u || !camera_.contains(*u, kReach + 1)) continue;
+    sights.push_back({i, *u, Vector3f::Zero()});
+    places.push_back(points_[i].p + centre_object_);
+  }
+  std::vector<uint8_t> hidden(places.size());
+  rays_.occluded(object_, eye + centre_object_, places, hidden);
+  size_t kept = 0;
+  for (size_t i = 0; i < sights.size(); ++i) {
+    if (hidden[i]) continue;
+    Sight& sight = sights[kept++] = sights[i];
+    const int x = static_cast<int>(std::lround(sight.u_px.x()));
+    const int y = static_cast<int>(std::lround(sight.u_px.y()));
+    sight.value = picture.rgb ? meanAround(*picture.rgb, x, y) : meanAround(*picture.grey, x, y);
+  }
+  sights.resize(kept);
+  return sights;
+}
+
+// The light has changed by the median ratio of what is seen to what is known, but not by leaps:
+// these are of things that cover the object.
+float SurfaceLook::brightness(const std::vector<Sight>& sights) const {
+  std::vector<float> ratios;
+  for (const Sight& sight : sights) {
+    const Point& point = points_[sight.point];
+    if (!point.known || point.value.sum() < 3 * kDark) continue;
+    const float ratio = sight.value.sum() / point.value.sum();
+    if (ratio < brightness_ * kLargestChange && ratio > brightness_ / kLargestChange)
+      ratios.push_back(ratio);
+  }
+  if (ratios.size() < kFewest) return brightness_;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  return *middle;
+}
+
+float SurfaceLook::differenceOf(const Vector3f& value, const Point& point) {
+  return (value - point.value).cwiseAbs().maxCoeff();
+}
+
+float SurfaceLook::toleranceOf(const Point& point) const { return tolerance_ + 3 * point.spread; }
+
+CoverMap SurfaceLook::compare(const EdgePicture& picture, const SE3& T) const {
+  const std::vector<Sight> sights = look(picture, T);
+  if (sights.empty()) return {};
+  Vector2d low = sights.front().u_px, high = low;
+  for (const Sight& sight : sights) {
+    low = low.cwiseMin(sight.u_px);
+    high = high.cwiseMax(sight.u_px);
+  }
+  CoverMap cover(low, high);
+  const float gain = brightness(sights);
+  for (const Sight& sight : sights) {
+    const Point& point = points_[sight.point];
+    if (!point.known) continue;
+    cover.add(sight.u_px, differenceOf(sight.value / gain, point) <= toleranceOf(point));
+  }
+  return cover;
+}
+
+void SurfaceLook::learn(const EdgePicture& picture, const SE3& T, const CoverMap& cover) {
+  const std::vector<Sight> sights = look(picture, T);
+  brightness_ = brightness(sights);
+  for (const Sight& sight : sights) {
+    Point& point = points_[sight.point];
+    const Vector3f value = sight.value / brightness_;
+    const bool covered = cover.isCovered(sight.u_px);
+    if (!point.known) {
+      point.known = !covered;
+      point.value = value;
+      point.spread = kFirstSpread;
+      continue;
+    }
+    const float difference = differenceOf(value, point);
+    if (!covered) point.spread += kSpreadRate * (std::min(difference, tolerance_) - point.spread);
+    if (difference <= toleranceOf(point)) {
+      point.value += kRate * (value - point.value);
+      point.changed_for = 0;
+    } else if (++point.changed_for > options_.surface_patience) {
+      point = {point.p, point.normal};  // what was learned may have been a cover
+    }
+  }
+}
+
+}  // namespace diorama
