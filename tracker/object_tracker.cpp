@@ -44,6 +44,8 @@ class EdgeTracker::Implementation {
   std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
+  bool isGood(const Estimate& estimate, double needed) const;
+  bool isCertain(const Estimate& estimate) const;
   Estimate follow(const Frame& frame);
   Estimate startAt(const SE3& start, uint32_t frame_index);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
@@ -132,17 +134,17 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   const double needed = trusted ? options_.claim_health
                         : kept  ? options_.kept_health
                                 : options_.start_health;
-  bool good = estimate.health.value >= needed;
+  bool good = isGood(estimate, needed);
   if (!good && reference_good_) {
     Estimate neighbour = refiner_.searchNeighbours(estimate);
-    good = neighbour.health.value >= needed;
+    good = isGood(neighbour, needed);
     if (good) estimate = std::move(neighbour);
   }
   if (!good && reference_good_) {
     Estimate rescued = rescue(predict(frame.timestamp_ns), index);
     if (rescued.health.value > estimate.health.value) {
       estimate = std::move(rescued);
-      good = estimate.health.value >= options_.start_health;
+      good = isGood(estimate, options_.start_health);
     }
   }
   doubts_ = good ? 0 : doubts_ + 1;
@@ -150,6 +152,16 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     return lose(frame, estimate.health);
   accept(estimate, frame.timestamp_ns, good);
   return report(frame, estimate, good);
+}
+
+bool EdgeTracker::Implementation::isGood(const Estimate& estimate, double needed) const {
+  return estimate.health.value >= needed && isCertain(estimate);
+}
+
+bool EdgeTracker::Implementation::isCertain(const Estimate& estimate) const {
+  const Matrix6d& covariance = estimate.covariance;
+  return std::sqrt(covariance.topLeftCorner<3, 3>().trace()) <= options_.claim_sigma_m &&
+         std::sqrt(covariance.bottomRightCorner<3, 3>().trace()) <= options_.claim_sigma_rad;
 }
 
 // The pose of this frame from that of the last: by one hypothesis, or by the filter's mean.
@@ -203,7 +215,7 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
   image_.build(frame.gray);
   refiner_.setImage(frame, false);
   const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object));
-  return report(frame, estimate, estimate.health.value >= options_.start_health);
+  return report(frame, estimate, isGood(estimate, options_.start_health));
 }
 
 // Holds the last good pose, the reference and the contrast: the object may reappear.
@@ -313,13 +325,10 @@ ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame, const 
   const Matrix6d move = adjoint(SE3{Eigen::Quaterniond::Identity(), model_.centre_object});
   m.covariance = move * covariance * move.transpose();
   m.health = estimate.health.value;
-  const double sigma_m = std::sqrt(covariance.topLeftCorner<3, 3>().trace());
-  const double sigma_rad = std::sqrt(covariance.bottomRightCorner<3, 3>().trace());
   if (!good)
-    m.reason = "too few edges agree with the pose";
-  else if (sigma_m > options_.claim_sigma_m || sigma_rad > options_.claim_sigma_rad)
-    m.reason = "the pose is too uncertain";
-  m.claimed = m.reason.empty();
+    m.reason =
+        isCertain(estimate) ? "too few edges agree with the pose" : "the pose is too uncertain";
+  m.claimed = good;
   return m;
 }
 
