@@ -44,7 +44,6 @@ class EdgeTracker::Implementation {
   std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
-  bool isGood(const Estimate& estimate, double needed) const;
   bool isCertain(const Estimate& estimate) const;
   Estimate follow(const Frame& frame);
   Estimate startAt(const SE3& start, uint32_t frame_index);
@@ -134,17 +133,17 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   const double needed = trusted ? options_.claim_health
                         : kept  ? options_.kept_health
                                 : options_.start_health;
-  bool good = isGood(estimate, needed);
+  bool good = estimate.health.value >= needed;
   if (!good && reference_good_) {
     Estimate neighbour = refiner_.searchNeighbours(estimate);
-    good = isGood(neighbour, needed);
+    good = neighbour.health.value >= needed;
     if (good) estimate = std::move(neighbour);
   }
   if (!good && reference_good_) {
     Estimate rescued = rescue(predict(frame.timestamp_ns), index);
     if (rescued.health.value > estimate.health.value) {
       estimate = std::move(rescued);
-      good = isGood(estimate, options_.start_health);
+      good = estimate.health.value >= options_.start_health;
     }
   }
   doubts_ = good ? 0 : doubts_ + 1;
@@ -152,10 +151,6 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     return lose(frame, estimate.health);
   accept(estimate, frame.timestamp_ns, good);
   return report(frame, estimate, good);
-}
-
-bool EdgeTracker::Implementation::isGood(const Estimate& estimate, double needed) const {
-  return estimate.health.value >= needed && isCertain(estimate);
 }
 
 bool EdgeTracker::Implementation::isCertain(const Estimate& estimate) const {
@@ -215,7 +210,7 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
   image_.build(frame.gray);
   refiner_.setImage(frame, false);
   const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object));
-  return report(frame, estimate, isGood(estimate, options_.start_health));
+  return report(frame, estimate, estimate.health.value >= options_.start_health);
 }
 
 // Holds the last good pose, the reference and the contrast: the object may reappear.
@@ -249,7 +244,8 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   T_good_ = T_last_;
   direct_.setReference(image_, T_good_, refiner_.coverAt(T_good_));
   reference_good_ = direct_.ready();
-  refiner_.remember(estimate);
+  // What is followed uncertainly, half covered, must not change what is known of the object.
+  if (isCertain(estimate)) refiner_.remember(estimate);
 }
 
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
@@ -326,9 +322,10 @@ ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame, const 
   m.covariance = move * covariance * move.transpose();
   m.health = estimate.health.value;
   if (!good)
-    m.reason =
-        isCertain(estimate) ? "too few edges agree with the pose" : "the pose is too uncertain";
-  m.claimed = good;
+    m.reason = "too few edges agree with the pose";
+  else if (!isCertain(estimate))
+    m.reason = "the pose is too uncertain";
+  m.claimed = m.reason.empty();
   return m;
 }
 
