@@ -54,7 +54,7 @@ TrackHealth assessHealth(const VisibleSamples& visible,
   // Texture that disagrees is a warning; that it agrees proves little, for it may have been learned
   // on a wrong pose.
   health.value =
-      health.edge_agreement * std::min(1.0, visible.uncoveredShare() / options.enough_uncovered);
+      health.edge_agreement * std::min(1.0, visible.familiar_share / options.enough_uncovered);
   if (health.texture_agreement >= 0)
     health.value *= std::min(1.0, kWithoutTexture + health.texture_agreement);
   return health;

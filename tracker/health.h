@@ -1,7 +1,6 @@
 // How far a pose can be trusted.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -28,12 +27,8 @@ inline constexpr double kCreaseWeight = 0.5;
 struct VisibleSamples {
   size_t contour = 0;  // on the outline
   size_t crease = 0;   // inside
-  size_t covered = 0;  // of both kinds, behind something unknown; not among the above
-
-  double uncoveredShare() const {
-    const double uncovered = static_cast<double>(contour + crease);
-    return std::max(uncovered, 1.0) / std::max(uncovered + static_cast<double>(covered), 1.0);
-  }
+  // Of both kinds: the share where the surface looks as it did before.
+  double familiar_share = 1;
 };
 
 // `observations` were made at the pose in question with kHealthRange; the texture was linearised

@@ -118,7 +118,10 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     return notClaimed(frame, "no pose to start from");
   }
   image_.build(frame.gray);
-  refiner_.setImage(frame, state_ == State::kTracking || state_ == State::kDoubtful);
+  const bool held = state_ == State::kTracking || state_ == State::kDoubtful;
+  refiner_.setImage(frame, held                       ? Covers::kLeftOut
+                           : start && start->verified ? Covers::kIgnored
+                                                      : Covers::kAgainstPose);
 
   const bool trusted = state_ == State::kTracking || (start && start->verified);
   const uint32_t index = static_cast<uint32_t>(frame.index);
@@ -134,7 +137,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
                         : kept  ? options_.kept_health
                                 : options_.start_health;
   bool good = estimate.health.value >= needed;
-  if (!good && reference_good_) {
+  if (!good && held) {
     Estimate neighbour = refiner_.searchNeighbours(estimate);
     good = neighbour.health.value >= needed;
     if (good) estimate = std::move(neighbour);
@@ -208,7 +211,7 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
   if (const std::string problem = problemOf(frame, start); !problem.empty())
     return notClaimed(frame, problem);
   image_.build(frame.gray);
-  refiner_.setImage(frame, false);
+  refiner_.setImage(frame, Covers::kIgnored);
   const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object));
   return report(frame, estimate, estimate.health.value >= options_.start_health);
 }

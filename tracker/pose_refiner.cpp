@@ -31,16 +31,16 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   estimate.T_camera_model = start;
   SE3& T = estimate.T_camera_model;
   SE3 T_samples = start, T_texture = start;
-  Samples samples = samplesAt(T);
+  Samples samples = samplesAt(T, options_.max_samples);
   const SolverLimits limits = solverLimits();
   texture_.align(*picture_->grey, T, coverAt(T));
 
   for (size_t round = 0; round < search_ranges_px.size(); ++round) {
     const bool last = round + 1 == search_ranges_px.size();
-    if (pixelMotion(T, T_samples) > 4) samples = samplesAt(T_samples = T);
+    if (pixelMotion(T, T_samples) > 4) samples = samplesAt(T_samples = T, options_.max_samples);
     if (pixelMotion(T, T_texture) > 3) texture_.align(*picture_->grey, T_texture = T, coverAt(T));
     estimate.observations =
-        search_.search(*picture_, T, samples.uncovered, memory_, search_ranges_px[round]);
+        search_.search(*picture_, T, samples.used, memory_, search_ranges_px[round]);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
     Cue* const cues[] = {&edges, &texture_};
@@ -56,11 +56,11 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     estimate.covariance =
         estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }
-  estimate.observations = search_.search(*picture_, T, samples.uncovered, memory_, kHealthRange);
+  estimate.observations = search_.search(*picture_, T, samples.used, memory_, kHealthRange);
   const VisibleSamples visible = countSamples(samples, T);
   estimate.health = assessHealth(visible, estimate.observations, texture_, options_);
   // Some edges of the cover are taken for the object's: the more, the less of it is to be seen.
-  estimate.covariance /= visible.uncoveredShare();
+  estimate.covariance /= visible.familiar_share;
   estimate.fit = fitOf(visible, estimate.observations);
   return estimate;
 }
@@ -132,42 +132,43 @@ Estimate PoseRefiner::searchNeighbours(Estimate best) {
 }
 
 // The map is coarse: it holds for poses nearby.
-const CoverMap& PoseRefiner::coverAt(const SE3& T) {
+const CoverMap& PoseRefiner::changedAt(const SE3& T) {
   constexpr double kNearby = 3;  // px
-  if (!T_cover_ || pixelMotion(T, *T_cover_) > kNearby) {
-    cover_ = allow_cover_ ? surface_.compare(*picture_, T) : CoverMap();
-    T_cover_ = T;
+  if (!T_changed_ || pixelMotion(T, *T_changed_) > kNearby) {
+    changed_ = covers_ == Covers::kIgnored ? CoverMap() : surface_.compare(*picture_, T);
+    T_changed_ = T;
   }
-  return cover_;
+  return changed_;
 }
 
-PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T) {
-  Samples samples{search_.visibleSamples(T)};
-  samples.covered = dropCovered(samples.uncovered, T);
-  return samples;
+const CoverMap& PoseRefiner::coverAt(const SE3& T) {
+  static const CoverMap nothing;
+  return covers_ == Covers::kLeftOut ? changedAt(T) : nothing;
+}
+
+PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T, int max_samples) {
+  std::vector<int> visible = search_.visibleSamples(T, max_samples), familiar;
+  const CoverMap& changed = changedAt(T);
+  const Matrix3d R = T.rotationMatrix();
+  for (const int sample : visible) {
+    const auto u =
+        camera_.project(R * model_.samples[static_cast<size_t>(sample)].p + T.translation);
+    if (!u || !changed.isCovered(*u)) familiar.push_back(sample);
+  }
+  const double share = std::max(1.0, static_cast<double>(familiar.size())) /
+                       std::max(1.0, static_cast<double>(visible.size()));
+  return {covers_ == Covers::kLeftOut ? std::move(familiar) : std::move(visible), share};
 }
 
 std::vector<int> PoseRefiner::visibleSamples(const SE3& T, int max_samples) {
-  std::vector<int> samples = search_.visibleSamples(T, max_samples);
-  dropCovered(samples, T);
-  return samples;
-}
-
-size_t PoseRefiner::dropCovered(std::vector<int>& samples, const SE3& T) {
-  const CoverMap& cover = coverAt(T);
-  const Matrix3d R = T.rotationMatrix();
-  return std::erase_if(samples, [&](int sample) {
-    const auto u =
-        camera_.project(R * model_.samples[static_cast<size_t>(sample)].p + T.translation);
-    return u && cover.isCovered(*u);
-  });
+  return samplesAt(T, max_samples).used;
 }
 
 VisibleSamples PoseRefiner::countSamples(const Samples& samples, const SE3& T) const {
   const Vector3d eye = T.inverse().translation;
   VisibleSamples count;
-  count.covered = samples.covered;
-  for (const int sample : samples.uncovered)
+  count.familiar_share = samples.familiar_share;
+  for (const int sample : samples.used)
     ++(search_.onContour(sample, eye) ? count.contour : count.crease);
   return count;
 }

@@ -31,6 +31,11 @@ struct Estimate {
   double fit = 0;
 };
 
+// What is made of parts of the surface that do not look as before. Where the last pose was right
+// something covers them. Of a pose that is looked for in the whole image they are evidence against
+// it: it would call covered whatever does not fit.
+enum class Covers { kIgnored, kAgainstPose, kLeftOut };
+
 class PoseRefiner {
  public:
   // All references must outlive this object.
@@ -38,12 +43,10 @@ class PoseRefiner {
               int object, const TrackerOptions& options);
 
   // The image that the calls below are about; must outlive them.
-  // Covers are allowed for when the pose before was right: a pose that is looked for in the whole
-  // image could call covered whatever speaks against it.
-  void setImage(const EdgePicture& picture, bool allow_cover) {
+  void setImage(const EdgePicture& picture, Covers covers) {
     picture_ = picture;
-    allow_cover_ = allow_cover;
-    T_cover_.reset();
+    covers_ = covers;
+    T_changed_.reset();
   }
 
   // One round of search for each range, from wide to narrow.
@@ -65,7 +68,7 @@ class PoseRefiner {
                    const std::vector<int>& search_ranges_px) const;
   std::vector<int> visibleSamples(const SE3& T_camera_model, int max_samples);
 
-  // Where something covers the object, seen from about this pose.
+  // Where something covers the object, seen from about this pose; nowhere unless it is left out.
   const CoverMap& coverAt(const SE3& T_camera_model);
 
   // The share of visible samples with an edge nearby.
@@ -82,12 +85,12 @@ class PoseRefiner {
     return {options_.wide_search_px, options_.narrow_search_px};
   }
   SolverLimits solverLimits() const;
+  const CoverMap& changedAt(const SE3& T_camera_model);
   struct Samples {
-    std::vector<int> uncovered;
-    size_t covered = 0;
+    std::vector<int> used;
+    double familiar_share = 1;
   };
-  Samples samplesAt(const SE3& T_camera_model);
-  size_t dropCovered(std::vector<int>& samples, const SE3& T_camera_model);
+  Samples samplesAt(const SE3& T_camera_model, int max_samples);
   VisibleSamples countSamples(const Samples& samples, const SE3& T_camera_model) const;
   double fitOf(const VisibleSamples& visible,
                const std::vector<EdgeObservation>& observations) const;
@@ -103,9 +106,9 @@ class PoseRefiner {
   const EdgeSearch search_;
   TextureCue texture_;
   SurfaceLook surface_;
-  CoverMap cover_;  // of the current image, seen from T_cover_
-  std::optional<SE3> T_cover_;
-  bool allow_cover_ = false;
+  CoverMap changed_;  // parts of the current image, seen from T_changed_
+  std::optional<SE3> T_changed_;
+  Covers covers_ = Covers::kIgnored;
   std::vector<Contrast> memory_;  // one per sample of the model
   std::optional<EdgePicture> picture_;
 };
