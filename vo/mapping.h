@@ -33,6 +33,7 @@ class Mapping {
   MapUpdate update(TrackedFrame& frame, double acceleration,
                    std::span<const ObjectMeasurement> objects);
 
+  bool isMetric() const { return scale_.begun(); }
   bool wantsObjects(int64_t now_ns) const { return scale_.wantsObjects(now_ns); }
 
  private:

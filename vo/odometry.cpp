@@ -47,6 +47,13 @@ int blurredLevels(const Camera& camera, const TrackedFrame& last, const TrackedF
   return levels;
 }
 
+// A path without scale may be half as long or twice.
+Matrix6d covarianceOfUnknownScale(const SE3& T_from_to) {
+  Vector6d longer = Vector6d::Zero();
+  longer.head<3>() = T_from_to.rotation.conjugate() * T_from_to.translation;
+  return longer * longer.transpose();
+}
+
 }  // namespace
 
 class VisualOdometry::Implementation {
@@ -175,6 +182,7 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   const Vector6d correction =
       adjoint(frame.T_world_camera.inverse() * last_.T_world_camera) * correction_;
   m.covariance += correction * correction.transpose();
+  if (!mapping_.isMetric()) m.covariance += covarianceOfUnknownScale(m.T_from_to);
   m.health = health_ = assessment.health;
   judgePoints(frame, assessment.failed);
   frame.hidden = HiddenRegions(camera_, frame, assessment.failed);

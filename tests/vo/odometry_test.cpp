@@ -41,7 +41,7 @@ struct Driver {
   explicit Driver(const VoOptions& options = {}) : odometry(room().camera, options) {}
 
   void feed(const Frame& frame, bool with_object = true) {
-    const auto step = odometry.track(frame);
+    step = odometry.track(frame);
     const SE3 truth = TexturedRoom::path(frame.index);
     std::vector<ObjectMeasurement> objects;
     if (with_object && odometry.wantsObjects())
@@ -74,6 +74,14 @@ struct Driver {
   std::vector<int64_t> times_ns;
   std::vector<bool> healthy;
   std::vector<OdometryEvent> events;
+  std::optional<OdometryMeasurement> step;  // of the newest frame
+
+  // Standard deviation of that step's length, as a share of it.
+  double lengthSigma() const {
+    const Vector3d rho = step->T_from_to.rotation.conjugate() * step->T_from_to.translation;
+    const Vector3d along = rho.normalized();
+    return std::sqrt(along.dot(step->covariance.topLeftCorner<3, 3>() * along)) / rho.norm();
+  }
 };
 
 TEST(VisualOdometry, IsMetricFromAnObjectAndHoldsOn) {
@@ -146,6 +154,13 @@ TEST(VisualOdometry, WithoutObjectsTheScaleIsUnknownAndItSaysSo) {
   EXPECT_THAT(driver.events.back().reason, testing::HasSubstr("scale unknown"));
   EXPECT_TRUE(driver.odometry.wantsObjects());
   EXPECT_EQ(driver.count("lost"), 0);
+  // Nor may a graph believe in the lengths, or it turns away objects that are seen later.
+  EXPECT_GE(driver.lengthSigma(), 1);
+  const auto next = [&] { return room().draw(TexturedRoom::path(k), k); };
+  for (; driver.count("reinitialised") == 0 && k < 200; ++k) driver.feed(next());
+  ASSERT_EQ(driver.count("reinitialised"), 1);
+  driver.feed(next());
+  EXPECT_LT(driver.lengthSigma(), 0.5);
 }
 
 TEST(VisualOdometry, NothingToSeeIsNoStart) {
