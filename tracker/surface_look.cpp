@@ -3,35 +3,42 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <type_traits>
 
 namespace diorama {
 namespace {
 
-constexpr double kSteepest = 0.25;       // cosine between normal and ray: steeper ones are not seen
-constexpr float kRate = 0.2f;            // of the running mean of what a point looks like
-constexpr float kSpreadRate = 0.05f;     // ... and of its differences: slower than covers come
-constexpr float kFirstSpread = 10;       // levels: one frame tells little
-constexpr int kReach = 2;                // px around a point that are averaged
+constexpr double kSteepest = 0.25;    // cosine between normal and ray: steeper ones are not seen
+constexpr float kRate = 0.2f;         // of the running mean of what a point looks like
+constexpr float kSpreadRate = 0.05f;  // ... and of its differences: slower than covers come
+constexpr float kFirstSpread = 10;    // levels: one frame tells little
+constexpr int kReach = 2;             // px around a point that are averaged
+constexpr float kPixels = (2 * kReach + 1) * (2 * kReach + 1);
 constexpr float kDark = 16;              // levels; darker ones have no ratio worth the name
 constexpr float kLargestChange = 1.25f;  // of the light from one learned frame to the next
 constexpr size_t kFewest = 20;
 constexpr double kSmallestCell = 8;  // px: a pose is off by less than half of it
 
 // Mean of the pixels within kReach; grey values have three equal channels.
-template <class Pixel>
-Vector3f meanAround(const Image<Pixel>& image, int x, int y) {
-  Vector3f sum = Vector3f::Zero();
-  for (int j = -kReach; j <= kReach; ++j)
+Vector3f meanAround(const Image<uint8_t>& image, int x, int y) {
+  int sum = 0;
+  for (int j = -kReach; j <= kReach; ++j) {
+    const uint8_t* row = image.row(y + j) + x;
+    for (int i = -kReach; i <= kReach; ++i) sum += row[i];
+  }
+  return Vector3f::Constant(static_cast<float>(sum) / kPixels);
+}
+
+Vector3f meanAround(const Image<Rgb8>& image, int x, int y) {
+  int r = 0, g = 0, b = 0;
+  for (int j = -kReach; j <= kReach; ++j) {
+    const Rgb8* row = image.row(y + j) + x;
     for (int i = -kReach; i <= kReach; ++i) {
-      if constexpr (std::is_same_v<Pixel, Rgb8>) {
-        const Rgb8& p = image(x + i, y + j);
-        sum += Vector3f(p.r, p.g, p.b);
-      } else {
-        sum += Vector3f::Constant(image(x + i, y + j));
-      }
+      r += row[i].r;
+      g += row[i].g;
+      b += row[i].b;
     }
-  return sum / ((2 * kReach + 1) * (2 * kReach + 1));
+  }
+  return Eigen::Vector3i(r, g, b).cast<float>() / kPixels;
 }
 
 }  // namespace
