@@ -168,6 +168,7 @@ float SurfaceLook::differenceOf(const Vector3f& value, const Point& point) {
 float SurfaceLook::toleranceOf(const Point& point) const { return tolerance_ + 3 * point.spread; }
 
 CoverMap SurfaceLook::compare(const EdgePicture& picture, const SE3& T) const {
+  if (!learned_) return {};
   const std::vector<Sight> sights = look(picture, T);
   if (sights.empty()) return {};
   Vector2d low = sights.front().u_px, high = low;
@@ -188,6 +189,7 @@ CoverMap SurfaceLook::compare(const EdgePicture& picture, const SE3& T) const {
 void SurfaceLook::learn(const EdgePicture& picture, const SE3& T, const CoverMap& cover) {
   const std::vector<Sight> sights = look(picture, T);
   brightness_ = brightness(sights);
+  learned_ = true;
   for (const Sight& sight : sights) {
     Point& point = points_[sight.point];
     const Vector3f value = sight.value / brightness_;

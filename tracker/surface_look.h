@@ -76,6 +76,7 @@ class SurfaceLook {
   const TrackerOptions& options_;
   const float tolerance_;
   std::vector<Point> points_;
+  bool learned_ = false;
   float brightness_ = 1;  // of the light, against that of the first frame
 };
 
