@@ -81,6 +81,7 @@ class DatabaseDetector::Finder {
   Detection examine(const Picture& picture, const SE3& T_camera_object);
   double evidence(const Detection& detection) const;
   bool isProven(const Detection& detection) const;
+  bool isProvenByFeatures(const Detection& detection, size_t closely, double share) const;
 
   const DetectorOptions& options_;
   const Camera& camera_;
@@ -138,9 +139,11 @@ std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& pictur
     // The edges may have led astray: the features must still agree.
     const size_t loosely = agreeing(2 * options_.inlier_px);
     detection.inliers = static_cast<int>(loosely);
-    if (2 * loosely < pose.inliers.size() || !isProven(detection)) return;
-    const double closely = static_cast<double>(agreeing(0.4 * options_.inlier_px));
-    const double score = evidence(detection) + closely / static_cast<double>(loosely);
+    if (2 * loosely < pose.inliers.size()) return;
+    const size_t closely = agreeing(0.4 * options_.inlier_px);
+    const double share = static_cast<double>(closely) / static_cast<double>(loosely);
+    if (!isProven(detection) && !isProvenByFeatures(detection, closely, share)) return;
+    const double score = evidence(detection) + share;
     if (best && score <= best_score) return;
     best = detection;
     best_score = score;
@@ -224,6 +227,15 @@ bool DatabaseDetector::Finder::isProven(const Detection& detection) const {
   if (!detection.look) return plain_ && evidence(detection) >= options_.min_plain_health;
   return evidence(detection) >=
          (detection.inliers > 0 ? options_.min_feature_evidence : options_.min_evidence);
+}
+
+// Of an object half hidden half of the edges and looks are those of what hides it. But features of
+// something else do not all agree to a fraction of their search with one pose.
+bool DatabaseDetector::Finder::isProvenByFeatures(const Detection& detection, size_t closely,
+                                                  double share) const {
+  constexpr double kAlmostAll = 0.85;
+  return closely >= static_cast<size_t>(options_.proving_features) && share >= kAlmostAll &&
+         detection.health >= options_.min_hidden_health;
 }
 
 DatabaseDetector::DatabaseDetector(std::vector<DetectorObject> objects, Camera camera,

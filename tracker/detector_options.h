@@ -73,7 +73,11 @@ struct DetectorOptions {
   double min_evidence = 1.45;
   double min_feature_evidence = 1.35;  // where features agree, too
   double min_health = 0.5;             // in any case
-  double certain_evidence = 1.75;      // no better pose is looked for, but for its rivals
+  // An object half hidden has less: so many features that agree closely prove it as well, with this
+  // health.
+  int proving_features = 12;
+  double min_hidden_health = 0.35;
+  double certain_evidence = 1.75;  // no better pose is looked for, but for its rivals
   // A pose found by edges is dropped when another one, turned by at least so much against it, has
   // hardly less evidence.
   double min_lead = 0.03;
@@ -99,6 +103,8 @@ struct DetectorOptions {
     v("min_evidence", min_evidence, Range{0, 2});
     v("min_feature_evidence", min_feature_evidence, Range{0, 2});
     v("min_health", min_health, kFraction);
+    v("proving_features", proving_features, Range{4, 100000});
+    v("min_hidden_health", min_hidden_health, kFraction);
     v("certain_evidence", certain_evidence, kPositive);
     v("min_lead", min_lead, kNotNegative);
     v("rival_rad", rival_rad, kNotNegative);

@@ -47,9 +47,9 @@ float rampBehind(float x, int length, const float* light) {
 
 // Calls use(i, x, y) for every place that value i of the profile is the mean of.
 template <class Use>
-void forPlaces(const Vector2d& u_px, const Vector2d& normal, int length, const Use& use) {
+void forPlaces(const Vector2d& u_px, const Vector2d& step_px, int length, const Use& use) {
   const float x = static_cast<float>(u_px.x()), y = static_cast<float>(u_px.y());
-  const float nx = static_cast<float>(normal.x()), ny = static_cast<float>(normal.y());
+  const float nx = static_cast<float>(step_px.x()), ny = static_cast<float>(step_px.y());
   for (int i = 0; i < length; ++i) {
     const float px = x + static_cast<float>(i - length / 2) * nx;
     const float py = y + static_cast<float>(i - length / 2) * ny;
@@ -72,22 +72,22 @@ Vector3f colorAt(const Image<Rgb8>& image, float x, float y) {
 
 }  // namespace
 
-void readGreyProfile(const Image<uint8_t>& image, const Vector2d& u_px, const Vector2d& normal,
-                     int range_px, EdgeProfile& profile) {
-  profile.length = 2 * (range_px + EdgeProfile::kMargin) + 1;
+void readGreyProfile(const Image<uint8_t>& image, const Vector2d& u_px, const Vector2d& step_px,
+                     int range, EdgeProfile& profile) {
+  profile.length = 2 * (range + EdgeProfile::kMargin) + 1;
   std::fill_n(profile.light, profile.length, 0.f);
-  forPlaces(u_px, normal, profile.length, [&](int i, float x, float y) {
+  forPlaces(u_px, step_px, profile.length, [&](int i, float x, float y) {
     profile.light[i] += sampleBilinear(image, x, y, lightOf) / (2 * kTangentTaps + 1);
   });
   for (int i = 0; i < profile.length; ++i)
     profile.grey[i] = profile.value[i] = std::sqrt(profile.light[i]);
 }
 
-void readColorProfile(const Image<Rgb8>& image, const Vector2d& u_px, const Vector2d& normal,
+void readColorProfile(const Image<Rgb8>& image, const Vector2d& u_px, const Vector2d& step_px,
                       EdgeProfile& profile) {
   float light[3][EdgeProfile::kMaxLength], level[3][EdgeProfile::kMaxLength];
   for (auto& channel : light) std::fill_n(channel, profile.length, 0.f);
-  forPlaces(u_px, normal, profile.length, [&](int i, float x, float y) {
+  forPlaces(u_px, step_px, profile.length, [&](int i, float x, float y) {
     const Vector3f color = colorAt(image, x, y) / (2 * kTangentTaps + 1);
     for (int c = 0; c < 3; ++c) light[c][i] += color[c];
   });

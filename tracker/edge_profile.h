@@ -34,8 +34,8 @@ struct EdgePicture {
   const Image<Rgb8>* rgb = nullptr;
 };
 
-// Values along a line with a spacing of 1 px, averaged over some parallels. The first and last
-// kMargin values are margin; offset 0 is the middle.
+// Values along a line with a spacing of one step, mostly 1 px, averaged over some parallels. The
+// first and last kMargin values are margin; offset 0 is the middle.
 struct EdgeProfile {
   static constexpr int kMargin = 3;     // px on each side, for the derivative and the grey values
   static constexpr int kMaxRange = 32;  // px; the paper's maximum error
@@ -47,14 +47,14 @@ struct EdgeProfile {
   float light[kMaxLength];  // in which they are placed, about the square of the levels
 };
 
-// The profile across `u_px` along the unit vector `normal`, from -range to range. The caller
+// The profile across `u_px` in steps of `step_px`, from -range to range of them. The caller
 // has made sure that it lies in the image, with a margin of 2 px.
-void readGreyProfile(const Image<uint8_t>& image, const Vector2d& u_px, const Vector2d& normal,
-                     int range_px, EdgeProfile& profile);
+void readGreyProfile(const Image<uint8_t>& image, const Vector2d& u_px, const Vector2d& step_px,
+                     int range, EdgeProfile& profile);
 
 // Changes `value` and `light` of a grey profile to the difference of colours that its greatest
 // change of colour is made of: surfaces as bright as one another still differ in colour.
-void readColorProfile(const Image<Rgb8>& image, const Vector2d& u_px, const Vector2d& normal,
+void readColorProfile(const Image<Rgb8>& image, const Vector2d& u_px, const Vector2d& step_px,
                       EdgeProfile& profile);
 
 // Sub-pixel places of intensity edges in a profile: extrema of the smoothed derivative of `value`

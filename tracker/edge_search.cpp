@@ -14,6 +14,10 @@ constexpr int kCell = 4;            // px
 // Colours are noisier than grey values, and often of half the resolution: they must tell more.
 constexpr float kMuchMore = 1.3f;
 
+// Profiles of smeared edges: longer ones would meet what lies beside the object.
+constexpr double kLongestStep = 3;  // px
+constexpr int kSmearedRange = 6;    // steps
+
 constexpr size_t kSides = 16;
 
 // The sector of a direction in the image.
@@ -151,20 +155,22 @@ bool EdgeSearch::observe(const EdgePicture& picture, const Line& line, int range
   const auto [x, y] = std::pair(line.u_px.x(), line.u_px.y());
   constexpr double kMargin = 2;  // px; profiles have parallels, and are read between pixels
   const int width = picture.grey->width, height = picture.grey->height;
-  const double room = std::min(roomAlong(x, line.normal.x(), kMargin, width - 2 - kMargin),
-                               roomAlong(y, line.normal.y(), kMargin, height - 2 - kMargin));
+  const Vector2d step = out.step_px * line.normal;
+  const double room = std::min(roomAlong(x, step.x(), kMargin, width - 2 - kMargin),
+                               roomAlong(y, step.y(), kMargin, height - 2 - kMargin));
   if (!(room >= EdgeProfile::kMargin + 1)) return false;
   const int range =
-      std::min({range_px, EdgeProfile::kMaxRange, static_cast<int>(room) - EdgeProfile::kMargin});
+      std::min({out.step_px == 1 ? range_px : std::min(range_px, kSmearedRange),
+                EdgeProfile::kMaxRange, static_cast<int>(room) - EdgeProfile::kMargin});
 
   EdgeProfile profile;
-  readGreyProfile(*picture.grey, line.u_px, line.normal, range, profile);
+  readGreyProfile(*picture.grey, line.u_px, step, range, profile);
   EdgeCandidate found[kMaxCandidatesFound];
   const float least = static_cast<float>(options_.min_contrast / 2);
   int count = findProfileEdges(profile, least, found, kMaxCandidatesFound);
   const float strongest = strongestOf(found, count);
   if (picture.rgb && strongest < options_.plain_contrast / 2) {
-    readColorProfile(*picture.rgb, line.u_px, line.normal, profile);
+    readColorProfile(*picture.rgb, line.u_px, step, profile);
     EdgeCandidate colored[kMaxCandidatesFound];
     const int colored_count = findProfileEdges(profile, least, colored, kMaxCandidatesFound);
     if (strongestOf(colored, colored_count) > kMuchMore * strongest)
@@ -173,13 +179,22 @@ bool EdgeSearch::observe(const EdgePicture& picture, const Line& line, int range
   out.candidate_count = std::min(count, EdgeObservation::kMaxCandidates);
   std::partial_sort_copy(found, found + count, out.candidates.begin(), out.candidates.end(),
                          options_.nearest_edges ? nearer : strongerEdge);
+  for (EdgeCandidate& candidate : out.candidates) candidate.offset_px *= out.step_px;
   return count > 0;
+}
+
+// The derivative of a profile reaches over four steps, which should be as long as the smear.
+int EdgeSearch::smearStep(const SE3& T_before, int sample, const Line& line) const {
+  const auto before = camera_.project(T_before * model_.samples[static_cast<size_t>(sample)].p);
+  if (!before) return 1;
+  const double smear_px = std::abs(line.normal.dot(line.u_px - *before));
+  return static_cast<int>(std::clamp(std::round(smear_px / 4), 1.0, kLongestStep));
 }
 
 std::vector<EdgeObservation> EdgeSearch::search(const EdgePicture& picture, const SE3& T,
                                                 const std::vector<int>& samples,
-                                                const std::vector<Contrast>& memory,
-                                                int range_px) const {
+                                                const std::vector<Contrast>& memory, int range_px,
+                                                const std::optional<SE3>& T_before) const {
   const Matrix3d R = T.rotationMatrix();
   const Vector3d eye = T.inverse().translation;
   std::vector<EdgeObservation> observations;
@@ -188,6 +203,7 @@ std::vector<EdgeObservation> EdgeSearch::search(const EdgePicture& picture, cons
     const auto line = projectSample(T, R, index);
     if (!line) continue;
     EdgeObservation observation;
+    if (T_before) observation.step_px = smearStep(*T_before, index, *line);
     if (!observe(picture, *line, range_px, observation)) continue;
     observation.sample = index;
     observation.contour = onContour(index, eye);

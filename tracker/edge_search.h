@@ -20,6 +20,7 @@ struct EdgeObservation {
   bool contour = false;  // on the outline, or on an open rim; otherwise a crease inside
   Vector2d u_px;         // where the sample projected when the search was made
   Vector2d normal;       // unit, of the projected edge
+  int step_px = 1;       // of the profile: more where motion has smeared the edge
   int candidate_count = 0;
   std::array<EdgeCandidate, kMaxCandidates> candidates;  // the strongest
   int chosen = -1;                                       // by EdgeCue; -1 = none
@@ -54,10 +55,12 @@ class EdgeSearch {
   std::optional<Line> projectSample(const SE3& T_camera_model, const Matrix3d& R, int sample) const;
 
   // Candidates of the given samples within range_px. memory[sample] is the remembered contrast.
-  // Samples without a candidate are left out.
+  // Samples without a candidate are left out. With the pose of the frame before, edges that have
+  // moved far across are looked for as if the shutter had been open all the while.
   std::vector<EdgeObservation> search(const EdgePicture& picture, const SE3& T_camera_model,
                                       const std::vector<int>& samples,
-                                      const std::vector<Contrast>& memory, int range_px) const;
+                                      const std::vector<Contrast>& memory, int range_px,
+                                      const std::optional<SE3>& T_before = std::nullopt) const;
 
  private:
   bool onContour(const ModelEdge& edge, const Vector3d& eye) const;
@@ -65,6 +68,7 @@ class EdgeSearch {
 
   bool observe(const EdgePicture& picture, const Line& line, int range_px,
                EdgeObservation& out) const;
+  int smearStep(const SE3& T_before, int sample, const Line& line) const;
   void compareContrast(const std::vector<Contrast>& memory,
                        std::vector<EdgeObservation>& observations) const;
 

@@ -9,16 +9,16 @@ namespace {
 constexpr int kFewestPatches = 8;
 constexpr double kWithoutTexture = 0.5;  // factor when no patch agrees
 
-constexpr double kNear = 1;  // px, of an edge that agrees; fitted poses are nearer
+constexpr double kNear = 1;  // steps, of an edge that agrees; fitted poses are nearer
 
 // The strongest familiar edge within kNear of a place along the normal, of those that are at least
 // so strong; 0 when there is none.
-float edgeAt(const EdgeObservation& o, double place_px, float least) {
+float edgeAt(const EdgeObservation& o, double place, float least) {
   float strongest = 0;
   for (int k = 0; k < o.candidate_count; ++k) {
     const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
     const float strength = std::abs(c.contrast.gradient);
-    if (c.like_before && std::abs(c.offset_px - place_px) < kNear && strength >= least)
+    if (c.like_before && std::abs(c.offset_px / o.step_px - place) < kNear && strength >= least)
       strongest = std::max(strongest, strength);
   }
   return strongest;

@@ -17,7 +17,7 @@ struct TrackHealth {
   std::string reason;             // why nothing can be said; empty otherwise
 };
 
-// How far around a sample the health looks for edges, px.
+// How far around a sample the health looks for edges, steps of its profile.
 inline constexpr int kHealthRange = 6;
 
 // How many samples of the outline a sample counts for: whether a crease inside shows in the picture

@@ -28,6 +28,11 @@ namespace {
 // After a longer gap the old velocity says nothing.
 constexpr double kLongestExtrapolation_s = 0.5;
 
+// An object that is followed does not turn by so much from frame to frame.
+constexpr double kLeap_rad = 0.35;
+
+constexpr double kSmearing_px = 10;  // motion from frame to frame that may smear edges
+
 }  // namespace
 
 class EdgeTracker::Implementation {
@@ -119,11 +124,10 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   }
   image_.build(frame.gray);
   const bool held = state_ == State::kTracking || state_ == State::kDoubtful;
-  refiner_.setImage(frame, held                       ? Covers::kLeftOut
-                           : start && start->verified ? Covers::kIgnored
-                                                      : Covers::kAgainstPose);
+  const bool verified = start && start->verified;
+  refiner_.setImage(frame, held || verified ? Covers::kLeftOut : Covers::kAgainstPose);
 
-  const bool trusted = state_ == State::kTracking || (start && start->verified);
+  const bool trusted = state_ == State::kTracking || verified;
   const uint32_t index = static_cast<uint32_t>(frame.index);
   Estimate estimate;
   if (starting_ || (state_ == State::kLost && !reference_good_))
@@ -133,10 +137,17 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   // A start that the image leaves where it was is half confirmed already.
   const bool kept =
       start && refiner_.pixelMotion(estimate.T_camera_model, T_last_) < options_.wide_search_px;
-  const double needed = trusted ? options_.claim_health
-                        : kept  ? options_.kept_health
-                                : options_.start_health;
+  const bool leapt =
+      !start && angleBetween(estimate.T_camera_model.rotation, T_last_.rotation) > kLeap_rad;
+  const double needed = trusted && !leapt ? options_.claim_health
+                        : kept            ? options_.kept_health
+                                          : options_.start_health;
   bool good = estimate.health.value >= needed;
+  if (!good && held && refiner_.pixelMotion(estimate.T_camera_model, T_last_) > kSmearing_px) {
+    Estimate smeared = refiner_.refineSmeared(estimate.T_camera_model, T_last_);
+    if (smeared.health.value > estimate.health.value) estimate = std::move(smeared);
+    good = estimate.health.value >= needed;
+  }
   if (!good && held) {
     Estimate neighbour = refiner_.searchNeighbours(estimate);
     good = neighbour.health.value >= needed;
@@ -219,6 +230,7 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
 // Holds the last good pose, the reference and the contrast: the object may reappear.
 ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const TrackHealth& health) {
   state_ = State::kLost;
+  starting_ = starting_ && !reference_good_;  // later starts are not tried for ever
   T_last_ = T_good_;
   velocity_.reset();
   filter_.stop();

@@ -32,7 +32,7 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   SE3& T = estimate.T_camera_model;
   SE3 T_samples = start, T_texture = start;
   Samples samples = samplesAt(T, options_.max_samples);
-  const SolverLimits limits = solverLimits();
+  SolverLimits limits = solverLimits();
   texture_.align(*picture_->grey, T, coverAt(T));
 
   for (size_t round = 0; round < search_ranges_px.size(); ++round) {
@@ -40,10 +40,11 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     if (pixelMotion(T, T_samples) > 4) samples = samplesAt(T_samples = T, options_.max_samples);
     if (pixelMotion(T, T_texture) > 3) texture_.align(*picture_->grey, T_texture = T, coverAt(T));
     estimate.observations =
-        search_.search(*picture_, T, samples.used, memory_, search_ranges_px[round]);
+        search_.search(*picture_, T, samples.used, memory_, search_ranges_px[round], T_before_);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
     Cue* const cues[] = {&edges, &texture_};
+    limits.motion = motionWithin(search_ranges_px[round], T, samples.used);
     const PoseSolution solution = solvePose(T, cues, limits);
     T = solution.T_camera_model;
     estimate.edges = solution.cues[0];
@@ -56,7 +57,8 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     estimate.covariance =
         estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }
-  estimate.observations = search_.search(*picture_, T, samples.used, memory_, kHealthRange);
+  estimate.observations =
+      search_.search(*picture_, T, samples.used, memory_, kHealthRange, T_before_);
   const VisibleSamples visible = countSamples(samples, T);
   estimate.health = assessHealth(visible, estimate.observations, texture_, options_);
   // Some edges of the cover are taken for the object's: the more, the less of it is to be seen.
@@ -65,16 +67,23 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   return estimate;
 }
 
+Estimate PoseRefiner::refineSmeared(const SE3& start, const SE3& T_before) {
+  T_before_ = T_before;
+  Estimate estimate = refine(start);
+  T_before_.reset();
+  return estimate;
+}
+
 double PoseRefiner::fitOf(const VisibleSamples& visible,
                           const std::vector<EdgeObservation>& observations) const {
   double sum = 0;
   for (const EdgeObservation& o : observations) {
-    double nearest = kHealthRange;
+    double nearest = kHealthRange * o.step_px;
     for (int k = 0; k < o.candidate_count; ++k) {
       const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];
       if (c.like_before) nearest = std::min(nearest, std::abs(c.offset_px));
     }
-    const double scaled = nearest / options_.fit_sigma_px;
+    const double scaled = nearest / (o.step_px * options_.fit_sigma_px);
     sum += (o.contour ? 1 : kCreaseWeight) * std::exp(-0.5 * scaled * scaled);
   }
   return sum / std::max(1.0, static_cast<double>(visible.contour) +
@@ -181,6 +190,25 @@ SolverLimits PoseRefiner::solverLimits() const {
   return limits;
 }
 
+// Edges that are found within a range tell nothing of larger motions: the mean square of the
+// samples' motion, in units of the range.
+Matrix6d PoseRefiner::motionWithin(double range_px, const SE3& T,
+                                   const std::vector<int>& samples) const {
+  constexpr size_t kEvery = 4;
+  const Matrix3d R = T.rotationMatrix();
+  Matrix6d sum = Matrix6d::Zero();
+  double count = 0;
+  for (size_t i = 0; i < samples.size(); i += kEvery) {
+    const Vector3d& p = model_.samples[static_cast<size_t>(samples[i])].p;
+    const auto projection = camera_.projectWithJacobian(R * p + T.translation);
+    if (!projection) continue;
+    const Matrix26d J = pointJacobian(projection->J, R, p);
+    sum.noalias() += J.transpose() * J;
+    ++count;
+  }
+  return sum / (std::max(1.0, count) * range_px * range_px);
+}
+
 JudgedPose PoseRefiner::judge(const SE3& start, const std::vector<int>& samples,
                               const std::vector<int>& search_ranges_px) const {
   JudgedPose judged{std::nullopt, start, std::nullopt};
@@ -255,6 +283,7 @@ void PoseRefiner::remember(const Estimate& estimate) {
 void PoseRefiner::learnContrast(const std::vector<EdgeObservation>& observations) {
   constexpr float kRate = 0.3f;  // of a running mean over some three frames
   for (const EdgeObservation& o : observations) {
+    if (o.step_px > 1) continue;  // smeared
     const EdgeCandidate* nearest = nullptr;
     for (int k = 0; k < o.candidate_count; ++k) {
       const EdgeCandidate& c = o.candidates[static_cast<size_t>(k)];

@@ -53,6 +53,9 @@ class PoseRefiner {
   Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
   Estimate refine(const SE3& start) { return refine(start, usualRanges()); }
 
+  // Where the picture is smeared by the motion since T_before, the pose of the last frame.
+  Estimate refineSmeared(const SE3& start, const SE3& T_before);
+
   // A given start may be off by a hair or by many pixels, where a wide search finds too much: the
   // ranges that lead to the best agreement are right.
   Estimate refineStart(const SE3& start);
@@ -85,6 +88,8 @@ class PoseRefiner {
     return {options_.wide_search_px, options_.narrow_search_px};
   }
   SolverLimits solverLimits() const;
+  Matrix6d motionWithin(double range_px, const SE3& T_camera_model,
+                        const std::vector<int>& samples) const;
   const CoverMap& changedAt(const SE3& T_camera_model);
   struct Samples {
     std::vector<int> used;
@@ -111,6 +116,7 @@ class PoseRefiner {
   Covers covers_ = Covers::kIgnored;
   std::vector<Contrast> memory_;  // one per sample of the model
   std::optional<EdgePicture> picture_;
+  std::optional<SE3> T_before_;  // while edges are taken for smeared
 };
 
 }  // namespace diorama

@@ -35,7 +35,11 @@ std::optional<Vector6d> stepOf(const std::vector<CueEquations>& cues, const Solv
   }
   if (sum.residuals < limits.min_residuals) return std::nullopt;
   sum.hessian.diagonal() *= 1 + limits.damping;
-  const Vector6d step = -sum.hessian.ldlt().solve(sum.gradient);
+  Vector6d step = -sum.hessian.ldlt().solve(sum.gradient);
+  const auto isLong = [&] { return !(step.dot(limits.motion * step) <= 1); };
+  // Of what the cues hardly know they may not tell much.
+  if (isLong()) step = -(sum.hessian + limits.motion).ldlt().solve(sum.gradient);
+  if (isLong()) step /= std::sqrt(step.dot(limits.motion * step));
   if (!step.allFinite() || step.head<3>().norm() > limits.model_diameter) return std::nullopt;
   return step;
 }

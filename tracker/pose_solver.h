@@ -53,6 +53,8 @@ struct SolverLimits {
   double damping = 1e-4;      // relative, on the diagonal
   double model_diameter = 1;  // m; a longer step is refused
   int min_residuals = 8;
+  // A trust region: xi' motion xi is at most about 1 for a step xi. Zero: steps of any length.
+  Matrix6d motion = Matrix6d::Zero();
 };
 
 struct PoseSolution {

@@ -180,6 +180,42 @@ TEST_P(EdgeSearchAngle, FindsAnEdgeToATenthOfAPixel) {
 }
 INSTANTIATE_TEST_SUITE_P(Angles, EdgeSearchAngle, testing::Values(0.0, 0.2, 0.785, 1.4, 2.5));
 
+// An edge smeared over ten pixels by a motion of twelve since the last frame, under noise.
+TEST(EdgeSearch, FindsSmearedEdgesInLongerSteps) {
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(sheet(), options);
+  const Camera camera(
+      CameraParameters{CameraModel::kPinhole, 320, 240, 300, 300, 160.3, 119.6, {}});
+  const NoRays rays;
+  const EdgeSearch search(model, camera, rays, 0, options);
+  const std::vector<Contrast> memory(model.samples.size());
+  const SE3 T{Eigen::Quaterniond::Identity(), Vector3d(0.01, -0.013, 1)};
+  const double edge = camera.project(T * Vector3d(0, 0.1, 0))->y();
+  const Random random(4, RandomStream::kTest);
+  Image<uint8_t> image(320, 240);
+  for (int y = 0; y < 240; ++y)
+    for (int x = 0; x < 320; ++x) {
+      const double smeared = std::clamp((y - edge) / 10 + 0.5, 0.0, 1.0);
+      const double noise = 3 * random.normal(static_cast<uint32_t>(y), static_cast<uint64_t>(x))[0];
+      image(x, y) = static_cast<uint8_t>(std::lround(100 + 40 * smeared + noise));
+    }
+  const auto near = [&](const std::optional<SE3>& T_before) {
+    int found = 0;
+    const std::vector<int> samples = search.visibleSamples(T);
+    for (const EdgeObservation& o : search.search(image, T, samples, memory, 6, T_before)) {
+      const EdgeSample& s = model.samples[static_cast<size_t>(o.sample)];
+      if (s.p.y() < 0.099 || std::abs(s.p.x()) > 0.19) continue;
+      EXPECT_EQ(o.step_px, T_before ? 3 : 1);
+      found += std::abs(o.candidates[0].offset_px) < 1.5;
+    }
+    return found;
+  };
+  SE3 before = T;
+  before.translation.y() -= 12 / 300.;
+  EXPECT_LT(near(std::nullopt), 5);
+  EXPECT_GT(near(before), 10);
+}
+
 TEST(EdgeSearch, CylinderShowsItsSilhouette) {
   const TrackerOptions options;
   const EdgeModel model = makeEdgeModel(cylinder(64, 0.04f, 0.2f), options);

@@ -89,6 +89,35 @@ TEST(PoseSolver, ConvergesToTheTruth) {
             1e-6);  // it stops at steps of 1e-5
 }
 
+// A cue that knows one direction hardly at all, and wants to go far along it.
+class VagueCue : public Cue {
+ public:
+  CueEquations linearise(const SE3&) override {
+    CueEquations equations;
+    equations.hessian = Vector6d(1e4, 1e4, 1e4, 1e4, 1e4, 1e-3).asDiagonal();
+    equations.gradient << 1, 0, 0, 0, 0, -2e-3;  // steps of 1e-4 m and 2 rad
+    equations.residuals = 100;
+    return equations;
+  }
+};
+
+TEST(PoseSolver, OfWhatIsHardlyKnownStepsAreShort) {
+  VagueCue cue;
+  Cue* const cues[] = {&cue};
+  SolverLimits limits;
+  limits.iterations = 1;
+  limits.model_diameter = 0.1;
+  const SE3 start = test::boxPose();
+  const auto turned = [&] {
+    return angleBetween(start.rotation, solvePose(start, cues, limits).T_camera_model.rotation);
+  };
+  EXPECT_NEAR(turned(), 2, 1e-3);
+  limits.motion.diagonal() << 1, 1, 1, 1, 1, 100;  // 0.1 rad are as far as it sees
+  EXPECT_LE(turned(), 0.1 + 1e-9);
+  const Vector6d moved = log(start.inverse() * solvePose(start, cues, limits).T_camera_model);
+  EXPECT_NEAR(moved[0], -1e-4, 1e-6);  // what is known well is not held back
+}
+
 TEST(PoseSolver, NanNeverComesOut) {
   NanCue bad;
   Cue* const cues[] = {&bad};
