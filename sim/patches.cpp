@@ -1,30 +1,11 @@
 #include "sim/patches.h"
 
 #include <map>
-#include <numeric>
 #include <utility>
-#include <vector>
+
+#include "sim/corner_sets.h"
 
 namespace diorama {
-namespace {
-
-// Disjoint sets of corners, with path halving.
-class CornerSets {
- public:
-  explicit CornerSets(size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  uint32_t find(uint32_t corner) {
-    while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
-    return corner;
-  }
-  void join(uint32_t a, uint32_t b) { parent_[find(a)] = find(b); }
-
- private:
-  std::vector<uint32_t> parent_;
-};
-
-}  // namespace
 
 void findPatches(RenderScene& scene) {
   CornerSets sets(scene.corners.size());

@@ -94,6 +94,7 @@ struct RayRenderer::State {
   Vector8 colorAmongMoving(int tile, const PacketRays& packet, int y, size_t choice,
                            bool edge) const;
   void preparePatterns(const ExposureMotion& motion);
+  double strayOf(const CameraFrame& camera) const;
 
   std::shared_ptr<const RenderScene> scene;
   Camera camera;
@@ -123,7 +124,7 @@ RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
   if (s.moving) s.moving->begin(motion, s.pool);
   s.preparePatterns(motion);
   s.rolling = cameras.rolling();
-  if (!s.rolling) s.triangles.sort(cameras[0], s.pool);
+  if (!s.rolling) s.triangles.sort(cameras[0], s.pool, s.strayOf(cameras[0]));
   s.pool.run(s.table.tileCount(),
              [&](int tile) { s.traceTile(tile, cameras, motion, frame.radiance); });
   if (!s.draft())
@@ -269,6 +270,16 @@ void RayRenderer::State::preparePatterns(const ExposureMotion& motion) {
   };
   patterns = make(motion);
   if (moving) moving->preparePatterns(make);
+}
+
+// How far from a camera samples start.
+double RayRenderer::State::strayOf(const CameraFrame& middle) const {
+  if (draft()) return 0;
+  double stray = 0;
+  for (const MovingPattern& pattern : patterns)
+    stray = std::max(stray, pattern.farthest(middle.origin));
+  constexpr double kRounding_m = 1e-5;
+  return stray + kRounding_m;
 }
 
 // Tiles in which something moves by itself, and pixels near outlines, creases and seams.

@@ -143,6 +143,7 @@ void finish(RenderScene& scene) {
   const std::span<const uint32_t> indices(scene.indices);
   scene.bvh = std::make_shared<Bvh>(corners, indices);
   scene.quick_bvh = std::make_shared<Bvh>(corners, indices, Traversal::kQuick);
+  scene.closed = findClosedSurfaces(scene);
   for (SceneInstance& instance : scene.instances)
     if (instance.tracked && instance.moving < 0)
       instance.alone = std::make_shared<Bvh>(

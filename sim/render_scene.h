@@ -9,6 +9,7 @@
 
 #include "core/mesh.h"
 #include "sim/bvh.h"
+#include "sim/closed_surfaces.h"
 #include "sim/scene.h"
 #include "sim/texture.h"
 
@@ -95,6 +96,7 @@ struct RenderScene {
   LightMap light;
   std::shared_ptr<const Bvh> bvh;        // for truth and for baking
   std::shared_ptr<const Bvh> quick_bvh;  // for colours
+  ClosedSurfaces closed;
 
   Vector3f corner(uint32_t triangle, int k) const {
     return corners[indices[3 * triangle + static_cast<uint32_t>(k)]];

@@ -1,6 +1,8 @@
 #include "sim/sample_pattern.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -138,6 +140,15 @@ MovingPattern::MovingPattern(const PatternOptions& options, const ExposureMotion
     const double offset_s = by_row_.size() == 1 ? 0 : motion.rowOffset_s(y, height);
     by_row_[static_cast<size_t>(y)] = makeSamplePattern(options, motion, offset_s);
   });
+}
+
+double MovingPattern::farthest(const Vector3d& from) const {
+  double distance2 = 0;
+  for (const SamplePattern& pattern : by_row_)
+    for (const std::vector<PixelSample>* samples : {&pattern.taps, &pattern.base, &pattern.extra})
+      for (const PixelSample& s : *samples)
+        distance2 = std::max(distance2, (s.origin.cast<double>() - from).squaredNorm());
+  return std::sqrt(distance2);
 }
 
 }  // namespace diorama

@@ -79,6 +79,8 @@ class MovingPattern {
 
   // Of the packet whose first row is y.
   PatternRows rows(int y) const { return {(*this)[y], (*this)[y + 1]}; }
+  // Of a sample's start from a point, m.
+  double farthest(const Vector3d& from) const;
   const SamplePattern& operator[](int y) const {
     return by_row_[std::min(static_cast<size_t>(y), by_row_.size() - 1)];
   }

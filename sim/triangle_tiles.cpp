@@ -192,6 +192,8 @@ struct TriangleTiles::State {
     for (const TileRays& tile : tiles) image.extend(tile.box);
   }
 
+  void setCamera(const CameraFrame& c, double r_m);
+  bool hidesItself(uint32_t triangle, const Vector3d& normal, double volume) const;
   void place(Part& part, const Matrix3d& R, const Vector3d& t) const;
   void addToTiles(Part& part, const PlacedTriangle& placed) const;
 
@@ -204,7 +206,9 @@ struct TriangleTiles::State {
   std::pair<TileRanks, TileRanks> ranks;  // of columns and rows of tiles
   DirectionBox image;
   CameraFrame camera{SE3()};
-  std::vector<uint32_t> order;  // of the parts that are seen
+  double reach_m = 0;
+  std::vector<uint8_t> outside;  // of closed surfaces: no ray starts in their boxes
+  std::vector<uint32_t> order;   // of the parts that are seen
 
   template <class Visit>
   void visit(int tile, const Visit& visit) const {
@@ -221,8 +225,8 @@ TriangleTiles::TriangleTiles(const RenderScene& scene, const RayTable& table, fl
     : state_(std::make_unique<State>(scene, table, margin_px)) {}
 TriangleTiles::~TriangleTiles() = default;
 
-void TriangleTiles::sort(const CameraFrame& camera, WorkerPool& pool) {
-  state_->camera = camera;
+void TriangleTiles::sort(const CameraFrame& camera, WorkerPool& pool, double reach_m) {
+  state_->setCamera(camera, reach_m);
   const Matrix3d R = camera.R.transpose();
   const Vector3d t = -R * camera.origin;
   std::vector<Part>& parts = state_->parts;
@@ -236,6 +240,25 @@ void TriangleTiles::sort(const CameraFrame& camera, WorkerPool& pool) {
   std::sort(distances.begin(), distances.end());
   state_->order.clear();
   for (const auto& [distance, k] : distances) state_->order.push_back(k);
+}
+
+void TriangleTiles::State::setCamera(const CameraFrame& c, double r_m) {
+  camera = c;
+  reach_m = r_m;
+  outside.clear();
+  const Vector3f origin = c.origin.cast<float>();
+  const auto around = static_cast<float>(r_m + 2 * ImagedCorner::kNear_m);
+  for (const Eigen::AlignedBox3f& box : scene.closed.boxes)
+    outside.push_back(box.squaredExteriorDistance(origin) > around * around);
+}
+
+// Whether rays that start within reach meet the triangle from behind, and so its surface before.
+// `normal` is in the camera's frame, `volume` its product with a corner.
+bool TriangleTiles::State::hidesItself(uint32_t triangle, const Vector3d& normal,
+                                       double volume) const {
+  const int surface = scene.closed.of_triangle[triangle];
+  return volume > 0 && surface != ClosedSurfaces::kOpen && outside[static_cast<size_t>(surface)] &&
+         volume * volume > reach_m * reach_m * normal.squaredNorm();
 }
 
 void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& t) const {
@@ -262,6 +285,7 @@ void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& 
     const Vector3d normal = (c1.p - c0.p).cross(c2.p - c0.p);
     const double volume = normal.dot(c0.p);
     if (volume == 0) continue;  // edge-on
+    if (hidesItself(triangle, normal, volume)) continue;
     const double side = volume > 0 ? 1 : -1;
     placed.weight0 = LinearForm(side * c1.p.cross(c2.p));
     placed.weight1 = LinearForm(side * c2.p.cross(c0.p));

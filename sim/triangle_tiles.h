@@ -26,8 +26,8 @@ class TriangleTiles {
   TriangleTiles(const RenderScene& scene, const RayTable& table, float margin_px = 0);
   ~TriangleTiles();
 
-  // Sorts the triangles for a camera.
-  void sort(const CameraFrame& camera, WorkerPool& pool);
+  // Sorts the triangles for a camera and for rays that start up to `reach_m` from it.
+  void sort(const CameraFrame& camera, WorkerPool& pool, double reach_m = 0);
   // The nearest hits of a tile's rays; distances are depths. From any thread, once the triangles
   // are sorted.
   void meet(int tile, TileHits& hits) const;

@@ -23,7 +23,7 @@ Count compare(const RenderScene& scene, const Camera& camera, const SE3& T_world
   const CameraFrame frame(T_world_camera);
   WorkerPool pool(1);
   TriangleTiles tiles(scene, table, 4);
-  tiles.sort(frame, pool);
+  tiles.sort(frame, pool, 2 * way_m);
   TruthBuffer truth(table.paddedWidth(), table.paddedHeight());
   TileHits hits;
   for (int tile = 0; tile < table.tileCount(); ++tile) {
