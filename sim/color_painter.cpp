@@ -24,7 +24,7 @@ bool ColorPainter::meet(const RayPacket& rays, const PacketHits& hits, Sight& si
   sight.rays = rays;
   sight.hits = hits;
   if (!simd::bits(sight.hits.mask)) return false;
-  shading::loadTriangles(scene, sight.hits, sight.triangles);
+  shading::loadTriangles<true>(scene, sight.hits, sight.triangles);
   sight.point = shading::viewedPoint(sight.triangles, sight.rays, sight.hits);
   sight.light = shading::lightCorners(sight.triangles, sight.point);
   return true;
@@ -32,7 +32,7 @@ bool ColorPainter::meet(const RayPacket& rays, const PacketHits& hits, Sight& si
 
 void ColorPainter::prefetch(const Sight& sight) const {
   shading::prefetchLight(light.map, sight.light);
-  shading::prefetchTexture(scene, sight.triangles, sight.point.tex_u, sight.point.tex_v,
+  shading::prefetchTexture(scene, sight.triangles, sight.triangles.tex_u, sight.triangles.tex_v,
                            sight.level + 0.5f);
 }
 
@@ -70,11 +70,10 @@ Vector8 ColorPainter::smooth(const PacketRays& packet, const Sight& sight,
     const PixelSample& sample = pattern.first.taps[k];
     const RayPacket ray = raysOf(packet, sample, pattern.second.taps[k]);
     const Vector8 to = p - ray.origin;
-    const Vector8 way =
-        ray.direction * (dot(point.normal, to) / dot(point.normal, ray.direction)) - to;
-    texture = texture + shading::filteredTexture(scene, t, point.tex_u + t.alongU(way),
-                                                 point.tex_v + t.alongV(way),
-                                                 sight.level + sample.dither);
+    const Vector8 way = ray.direction * (dot(t.plane, to) / dot(t.plane, ray.direction)) - to;
+    texture =
+        texture + shading::filteredTexture(scene, t, t.tex_u + t.alongU(way),
+                                           t.tex_v + t.alongV(way), sight.level + sample.dither);
   }
   texture = texture * splat(1.f / static_cast<float>(pattern.first.taps.size()));
   const Surface surface = shading::surfaceOf(light, t, point, sight.light, texture);

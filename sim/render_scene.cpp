@@ -69,6 +69,7 @@ class Builder {
       normal[k] = mesh_->normals.empty()
                       ? cross.normalized()
                       : rotation_ * mesh_->normals[static_cast<size_t>(corner[k])];
+    if (cross.squaredNorm() > 0) set(t.plane, Vector3f(cross.normalized()));
     set(t.normal0, normal[0]);
     set(t.normal1, Vector3f(normal[1] - normal[0]));
     set(t.normal2, Vector3f(normal[2] - normal[0]));

@@ -16,12 +16,13 @@
 namespace diorama {
 
 // One triangle, 128 bytes. Attributes at barycentric (u, v) are a0 + u a1 + v a2: entries 1 and 2
-// are differences to corner 0. The order of the floats is that of TriangleLanes (shading.h).
+// are differences to corner 0.
 struct alignas(128) ShadingTriangle {
   float normal0[3] = {}, normal1[3] = {}, normal2[3] = {};
   float uv0[2] = {}, uv1[2] = {}, uv2[2] = {};
   float gradient_u[3] = {}, gradient_v[3] = {};  // of the texture coordinates over the surface, 1/m
   float log2_density = 0;                        // of texels per metre
+  float plane[3] = {0, 0, 1};                    // unit normal of the triangle itself
   int light_offset = 0;                          // first sample in LightMap::samples
   int light_resolution = 1;                      // intervals along an edge
   int material = 0;

@@ -202,7 +202,6 @@ PacketHits SampleCandidates::hitsOf(const Nearest& nearest, const Rays& rays) co
     hits.u = simd::select(lanes, w1 / sum, hits.u);
     hits.v = simd::select(lanes, w2 / sum, hits.v);
     hits.triangle = simd::select(lanes, splat(static_cast<int>(triangle)), hits.triangle);
-    hits.normal = simd::select(lanes, simd::splat3(scene_.normal(triangle)), hits.normal);
     pending &= ~static_cast<unsigned>(simd::bits(lanes));
   }
   return hits;

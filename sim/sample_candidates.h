@@ -24,7 +24,7 @@ class SampleCandidates;
 struct PixelCandidates {
   const SampleCandidates& all;
   size_t lane;
-  // The nearest hits of eight of the pixel's samples.
+  // The nearest hits of eight of the pixel's samples, without normals.
   PacketHits closest(const RayPacket& rays) const;
 };
 

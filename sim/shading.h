@@ -17,7 +17,6 @@ struct Surface {
   simd::Vector8 emission;  // radiance
   simd::Vector8 normal;    // unit, shading, towards the viewer
   simd::Float8 specular, lobe;
-  simd::Int8 instance;
 };
 
 namespace shading {
@@ -79,15 +78,12 @@ inline void prefetchLight(const LightMap& map, const LightCorners& corners) {
 inline Surface surfaceOf(const LightView& light, const TriangleLanes& t, const ViewedPoint& point,
                          const LightCorners& corners, const Vector8& texture) {
   Surface surface;
-  surface.instance = t.instance;
   surface.specular = t.specular;
   surface.lobe = t.lobe;
   surface.emission = t.emits ? texture * t.emission : simd::splat3(0, 0, 0);
   surface.albedo = texture * t.tint;
   surface.light = bakedLight(light.map, corners);
-  const Vector8 n = {t.normal0[0] + point.u * t.normal1[0] + point.v * t.normal2[0],
-                     t.normal0[1] + point.u * t.normal1[1] + point.v * t.normal2[1],
-                     t.normal0[2] + point.u * t.normal1[2] + point.v * t.normal2[2]};
+  const Vector8& n = t.normal;
   const Float8 length = simd::inverseSqrt(simd::max(dot(n, n), splat(1e-12f)));
   surface.normal = n * simd::select(point.cosine < 0.f, length, -length);
   return surface;
@@ -98,18 +94,18 @@ inline Surface surfaceOf(const LightView& light, const TriangleLanes& t, const V
 inline Surface surfaceAt(const RenderScene& scene, const LightView& light, const RayPacket& rays,
                          const PacketHits& hits, Float8 pixel, Float8 dither) {
   TriangleLanes t;
-  loadTriangles(scene, hits, t);
+  loadTriangles<false>(scene, hits, t);
   const ViewedPoint point = viewedPoint(t, rays, hits);
   const Float8 level = middleLevel(t, point, pixel) + dither;
   return surfaceOf(light, t, point, lightCorners(t, point),
-                   filteredTexture(scene, t, point.tex_u, point.tex_v, level));
+                   filteredTexture(scene, t, t.tex_u, t.tex_v, level));
 }
 
 // A whole pixel by one sample.
 inline Surface surfaceOfPixel(const RenderScene& scene, const LightView& light,
                               const RayPacket& rays, const PacketHits& hits, Float8 pixel) {
   TriangleLanes t;
-  loadTriangles(scene, hits, t);
+  loadTriangles<true>(scene, hits, t);
   const ViewedPoint point = viewedPoint(t, rays, hits);
   return surfaceOf(light, t, point, lightCorners(t, point),
                    twoTaps(scene, t, point, pixel, levelOfTwo(t, point, pixel)));

@@ -11,11 +11,9 @@ namespace diorama {
 // Where a packet's rays hit, as shading looks at it. Lanes without a hit hold something harmless.
 struct ViewedPoint {
   simd::Vector8 direction;     // of the ray, unit
-  simd::Vector8 normal;        // of the triangle, unit
-  simd::Float8 cosine, slant;  // between them; its absolute value, not too small
+  simd::Float8 cosine, slant;  // between it and the normal; its absolute value, not too small
   simd::Float8 distance;       // t
   simd::Float8 u, v;           // barycentric
-  simd::Float8 tex_u, tex_v;
 };
 
 namespace shading {
@@ -112,12 +110,8 @@ inline ViewedPoint viewedPoint(const TriangleLanes& t, const RayPacket& rays,
   point.v = simd::clamp(hits.v, 0, 1);
   point.distance = simd::select(hits.mask, hits.t, splat(1.f));
   point.direction = rays.direction * simd::inverseSqrt(dot(rays.direction, rays.direction));
-  point.normal =
-      hits.normal * simd::inverseSqrt(simd::max(dot(hits.normal, hits.normal), splat(1e-30f)));
-  point.cosine = dot(point.normal, point.direction);
+  point.cosine = dot(t.plane, point.direction);
   point.slant = simd::max(simd::abs(point.cosine), splat(0.06f));
-  point.tex_u = t.uv0[0] + point.u * t.uv1[0] + point.v * t.uv2[0];
-  point.tex_v = t.uv0[1] + point.u * t.uv1[1] + point.v * t.uv2[1];
   return point;
 }
 
@@ -143,11 +137,11 @@ inline Vector8 twoTaps(const RenderScene& scene, const TriangleLanes& t, const V
                        Float8 pixel, Float8 level) {
   const Float8 sine2 = simd::max(1.f - point.cosine * point.cosine, splat(1e-6f));
   const Float8 quarter = 0.25f * point.distance * pixel / point.slant * simd::inverseSqrt(sine2);
-  const Vector8 axis = (point.direction - point.normal * point.cosine) * quarter;
+  const Vector8 axis = (point.direction - t.plane * point.cosine) * quarter;
   const Float8 du = t.alongU(axis), dv = t.alongV(axis);
   // Between two mip levels one tap takes the finer one and the other the coarser one.
-  return (filteredTexture(scene, t, point.tex_u - du, point.tex_v - dv, level + 0.25f) +
-          filteredTexture(scene, t, point.tex_u + du, point.tex_v + dv, level + 0.75f)) *
+  return (filteredTexture(scene, t, t.tex_u - du, t.tex_v - dv, level + 0.25f) +
+          filteredTexture(scene, t, t.tex_u + du, t.tex_v + dv, level + 0.75f)) *
          splat(0.5f);
 }
 

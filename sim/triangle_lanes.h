@@ -1,8 +1,6 @@
 // What shading needs of the triangles that eight rays hit.
 #pragma once
 
-#include <cstddef>
-
 #include "sim/bvh.h"
 #include "sim/render_scene.h"
 #include "sim/simd.h"
@@ -12,31 +10,24 @@
 
 namespace diorama {
 
-// Spread to lanes.
+// At the places that are hit.
 struct TriangleLanes {
-  simd::Float8 normal0[3], normal1[3], normal2[3];
-  simd::Float8 uv0[2], uv1[2], uv2[2];
-  simd::Float8 gradient_u[3], gradient_v[3];
+  simd::Vector8 plane;   // unit normal of the triangle
+  simd::Vector8 normal;  // of the smooth surface, any length
+  simd::Float8 tex_u, tex_v;
+  simd::Vector8 gradient_u, gradient_v;
   simd::Float8 log2_density;
+  simd::Int8 light_offset, light_resolution;
+  // Of the material:
   simd::Vector8 tint, emission;
   simd::Float8 specular, lobe;
-  simd::Int8 light_offset, light_resolution;
-  simd::Int8 texture_base, log_width, log_height, instance;
+  simd::Int8 texture_base, log_width, log_height;
   bool emits = false;
 
   // Change of the texture coordinates along a way on the surface, m.
-  simd::Float8 alongU(const simd::Vector8& way) const { return along(gradient_u, way); }
-  simd::Float8 alongV(const simd::Vector8& way) const { return along(gradient_v, way); }
-
- private:
-  static simd::Float8 along(const simd::Float8* gradient, const simd::Vector8& way) {
-    return gradient[0] * way.x + gradient[1] * way.y + gradient[2] * way.z;
-  }
+  simd::Float8 alongU(const simd::Vector8& way) const { return dot(gradient_u, way); }
+  simd::Float8 alongV(const simd::Vector8& way) const { return dot(gradient_v, way); }
 };
-
-constexpr int kTriangleFloats = 22;  // normal0 ... log2_density, one after the other
-static_assert(offsetof(ShadingTriangle, light_offset) == kTriangleFloats * sizeof(float));
-static_assert(offsetof(TriangleLanes, tint) == kTriangleFloats * sizeof(simd::Float8));
 
 namespace shading {
 
@@ -46,55 +37,71 @@ using simd::splat;
 using simd::toFloat;
 using simd::Vector8;
 
-// Gives the triangle's data to all lanes.
-inline void spread(const RenderScene& scene, int triangle, TriangleLanes& out) {
-  const ShadingTriangle& t = scene.triangles[static_cast<size_t>(triangle)];
-  const ShadingMaterial& m = scene.materials[static_cast<size_t>(t.material)];
-  const float* from = t.normal0;
-  Float8* to = out.normal0;
-  for (int k = 0; k < kTriangleFloats; ++k) to[k] = splat(from[k]);
-  out.tint = simd::splat3(m.tint);
-  out.emission = simd::splat3(m.emission);
-  out.specular = splat(m.specular);
-  out.lobe = splat(m.lobe);
-  out.light_offset = splat(t.light_offset);
-  out.light_resolution = splat(t.light_resolution);
-  out.texture_base = splat(m.texture.base);
-  out.log_width = splat(m.texture.log_width);
-  out.log_height = splat(m.texture.log_height);
-  out.instance = splat(t.instance);
-  out.emits = m.emits;
+// What one triangle has at (u, v), for all lanes. `put` writes it to those that need it.
+template <bool kGradients, class Put>
+void loadTriangle(const ShadingTriangle& t, Float8 u, Float8 v, const Put& put,
+                  TriangleLanes& out) {
+  const auto at = [&](const float* a0, const float* a1, const float* a2) {
+    return *a0 + u * *a1 + v * *a2;
+  };
+  put(out.plane.x, splat(t.plane[0]));
+  put(out.plane.y, splat(t.plane[1]));
+  put(out.plane.z, splat(t.plane[2]));
+  put(out.normal.x, at(t.normal0, t.normal1, t.normal2));
+  put(out.normal.y, at(t.normal0 + 1, t.normal1 + 1, t.normal2 + 1));
+  put(out.normal.z, at(t.normal0 + 2, t.normal1 + 2, t.normal2 + 2));
+  put(out.tex_u, at(t.uv0, t.uv1, t.uv2));
+  put(out.tex_v, at(t.uv0 + 1, t.uv1 + 1, t.uv2 + 1));
+  if constexpr (kGradients) {
+    put(out.gradient_u.x, splat(t.gradient_u[0]));
+    put(out.gradient_u.y, splat(t.gradient_u[1]));
+    put(out.gradient_u.z, splat(t.gradient_u[2]));
+    put(out.gradient_v.x, splat(t.gradient_v[0]));
+    put(out.gradient_v.y, splat(t.gradient_v[1]));
+    put(out.gradient_v.z, splat(t.gradient_v[2]));
+  }
+  put(out.log2_density, splat(t.log2_density));
+  put(out.light_offset, splat(t.light_offset));
+  put(out.light_resolution, splat(t.light_resolution));
 }
 
-inline void spread(const RenderScene& scene, int triangle, Int8 lanes, TriangleLanes& out) {
-  const ShadingTriangle& t = scene.triangles[static_cast<size_t>(triangle)];
-  const ShadingMaterial& m = scene.materials[static_cast<size_t>(t.material)];
-  const float* from = t.normal0;
-  Float8* to = out.normal0;
-  for (int k = 0; k < kTriangleFloats; ++k) to[k] = simd::select(lanes, splat(from[k]), to[k]);
-  out.tint = simd::select(lanes, simd::splat3(m.tint), out.tint);
-  out.emission = simd::select(lanes, simd::splat3(m.emission), out.emission);
-  out.specular = simd::select(lanes, splat(m.specular), out.specular);
-  out.lobe = simd::select(lanes, splat(m.lobe), out.lobe);
-  out.light_offset = simd::select(lanes, splat(t.light_offset), out.light_offset);
-  out.light_resolution = simd::select(lanes, splat(t.light_resolution), out.light_resolution);
-  out.texture_base = simd::select(lanes, splat(m.texture.base), out.texture_base);
-  out.log_width = simd::select(lanes, splat(m.texture.log_width), out.log_width);
-  out.log_height = simd::select(lanes, splat(m.texture.log_height), out.log_height);
-  out.instance = simd::select(lanes, splat(t.instance), out.instance);
+template <class Put>
+void loadMaterial(const ShadingMaterial& m, const Put& put, TriangleLanes& out) {
+  put(out.tint.x, splat(m.tint[0]));
+  put(out.tint.y, splat(m.tint[1]));
+  put(out.tint.z, splat(m.tint[2]));
+  put(out.emission.x, splat(m.emission[0]));
+  put(out.emission.y, splat(m.emission[1]));
+  put(out.emission.z, splat(m.emission[2]));
+  put(out.specular, splat(m.specular));
+  put(out.lobe, splat(m.lobe));
+  put(out.texture_base, splat(m.texture.base));
+  put(out.log_width, splat(m.texture.log_width));
+  put(out.log_height, splat(m.texture.log_height));
   out.emits |= m.emits;
 }
 
-// One broadcast of a triangle's data per distinct triangle instead of gathers.
-inline void loadTriangles(const RenderScene& scene, const PacketHits& hits, TriangleLanes& out) {
-  unsigned pending = static_cast<unsigned>(simd::bits(hits.mask));
+// One broadcast of a triangle's data per distinct triangle instead of gathers. Lanes without a hit
+// get something harmless.
+template <bool kGradients>
+void loadTriangles(const RenderScene& scene, const PacketHits& hits, TriangleLanes& out) {
+  const Float8 u = simd::clamp(hits.u, 0, 1), v = simd::clamp(hits.v, 0, 1);
+  auto pending = static_cast<unsigned>(simd::bits(hits.mask));
   const int first = pending ? hits.triangle[__builtin_ctz(pending)] : 0;
-  spread(scene, first, out);  // lanes without a hit get something harmless
+  const ShadingTriangle& t = scene.triangles[static_cast<size_t>(first)];
+  const auto all = [](auto& to, const auto& value) { to = value; };
+  out.emits = false;
+  loadTriangle<kGradients>(t, u, v, all, out);
+  loadMaterial(scene.materials[static_cast<size_t>(t.material)], all, out);
   pending &= ~static_cast<unsigned>(simd::bits(hits.triangle == splat(first)));
   while (pending) {
     const int triangle = hits.triangle[__builtin_ctz(pending)];
+    const ShadingTriangle& other = scene.triangles[static_cast<size_t>(triangle)];
     const Int8 lanes = hits.triangle == splat(triangle);
-    spread(scene, triangle, lanes, out);
+    const auto some = [&](auto& to, const auto& value) { to = simd::select(lanes, value, to); };
+    loadTriangle<kGradients>(other, u, v, some, out);
+    if (other.material != t.material)
+      loadMaterial(scene.materials[static_cast<size_t>(other.material)], some, out);
     pending &= ~static_cast<unsigned>(simd::bits(lanes));
   }
 }

@@ -82,8 +82,8 @@ void meetPacket(const PlacedTriangle& t, int place, const PacketRays& packet, Ne
   nearest.place = simd::select(nearer, splat(place), nearest.place);
 }
 
-PacketHits hitsOf(const RenderScene& scene, const std::vector<const PlacedTriangle*>& list,
-                  const PacketRays& packet, const Nearest& nearest) {
+PacketHits hitsOf(const std::vector<const PlacedTriangle*>& list, const PacketRays& packet,
+                  const Nearest& nearest) {
   PacketHits hits;
   hits.mask = simd::maskOfBits(packet.valid) & (nearest.place >= splat(0));
   hits.t = splat(1.f) / nearest.inverse_depth;
@@ -99,7 +99,6 @@ PacketHits hitsOf(const RenderScene& scene, const std::vector<const PlacedTriang
     hits.u = simd::select(lanes, w1 / sum, hits.u);
     hits.v = simd::select(lanes, w2 / sum, hits.v);
     hits.triangle = simd::select(lanes, splat(static_cast<int>(t.triangle)), hits.triangle);
-    hits.normal = simd::select(lanes, simd::splat3(scene.normal(t.triangle)), hits.normal);
     pending &= ~static_cast<unsigned>(simd::bits(lanes));
   }
   return hits;
@@ -108,8 +107,8 @@ PacketHits hitsOf(const RenderScene& scene, const std::vector<const PlacedTriang
 // The triangles of a tile one after the other.
 class TileMeeting {
  public:
-  TileMeeting(const RenderScene& scene, const RayTable& table, int tile, const TileRays& rays)
-      : scene_(scene), table_(table), tile_(tile), rays_(rays) {
+  TileMeeting(const RayTable& table, int tile, const TileRays& rays)
+      : table_(table), tile_(tile), rays_(rays) {
     farthest_.fill(splat(0.f));
   }
 
@@ -128,7 +127,7 @@ class TileMeeting {
   }
 
   PacketHits hits(int p) const {
-    return hitsOf(scene_, list_, table_.packet(tile_, p), nearest_[static_cast<size_t>(p)]);
+    return hitsOf(list_, table_.packet(tile_, p), nearest_[static_cast<size_t>(p)]);
   }
 
  private:
@@ -150,7 +149,6 @@ class TileMeeting {
     farthest_[static_cast<size_t>(row)][column] = simd::least(least);
   }
 
-  const RenderScene& scene_;
   const RayTable& table_;
   int tile_;
   const TileRays& rays_;
@@ -313,7 +311,7 @@ void TriangleTiles::State::addToTiles(Part& part, const PlacedTriangle& placed) 
 }
 
 void TriangleTiles::meet(int tile, TileHits& hits) const {
-  TileMeeting meeting(state_->scene, state_->table, tile, rays(tile));
+  TileMeeting meeting(state_->table, tile, rays(tile));
   state_->visit(tile, [&](const PlacedTriangle& t) { meeting.meet(t); });
   for (int p = 0; p < kPacketsPerTile; ++p) hits[static_cast<size_t>(p)] = meeting.hits(p);
 }

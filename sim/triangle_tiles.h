@@ -28,7 +28,8 @@ class TriangleTiles {
 
   // Sorts the triangles for a camera and for rays that start up to `reach_m` from it.
   void sort(const CameraFrame& camera, WorkerPool& pool, double reach_m = 0);
-  // The nearest hits of a tile's rays; distances are depths. From any thread, once the triangles
+  // The nearest hits of a tile's rays; distances are depths, and
+  // normals are left out. From any thread, once the triangles
   // are sorted.
   void meet(int tile, TileHits& hits) const;
 

@@ -52,10 +52,6 @@ Count compare(const RenderScene& scene, const Camera& camera, const SE3& T_world
           if (found.triangle[lane] != traced.triangle[lane]) continue;
           EXPECT_NEAR(found.u[lane], traced.u[lane], 0.02f);
           EXPECT_NEAR(found.v[lane], traced.v[lane], 0.02f);
-          EXPECT_GT(found.normal.x[lane] * traced.normal.x[lane] +
-                        found.normal.y[lane] * traced.normal.y[lane] +
-                        found.normal.z[lane] * traced.normal.z[lane],
-                    0.f);
         }
       }
     }
