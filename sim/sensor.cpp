@@ -80,7 +80,9 @@ Sensor::Sensor(const Camera& camera, const EffectsOptions& effects, uint64_t see
       random_(seed, RandomStream::kSensorNoise),
       response_(effects),
       width_(camera.width()),
-      normal_(normalQuantiles()) {
+      normal_(normalQuantiles()),
+      photon_variance_(static_cast<float>(1 / effects.full_well_e)),
+      read_variance_(static_cast<float>(std::pow(effects.read_noise_e / effects.full_well_e, 2))) {
   for (int y = 0; y < camera.height(); ++y)
     for (int x = 0; x < camera.width(); ++x)
       vignette_.push_back(static_cast<float>(vignette(camera, effects.vignette, x, y)));
@@ -98,10 +100,9 @@ Image<Rgb8> Sensor::expose(const Image<Radiance>& radiance, const std::vector<Ve
 }
 
 // Photons arrive at random: their number's deviation is its square root.
-Float8 Sensor::withNoise(Float8 light, Int8 quantile) const {
-  const auto full_well = static_cast<float>(effects_.full_well_e);
-  const float read = static_cast<float>(effects_.read_noise_e) / full_well;
-  const Float8 sigma = simd::sqrt(simd::max(light, simd::splat(0.f)) / full_well + read * read);
+inline Float8 Sensor::withNoise(Float8 light, Int8 quantile) const {
+  const Float8 variance = simd::max(light, simd::splat(0.f)) * photon_variance_ + read_variance_;
+  const Float8 sigma = simd::sqrt(variance);
   return light + sigma * simd::gather(normal_.data(), quantile);
 }
 
@@ -122,38 +123,45 @@ std::vector<Int8> Sensor::drawQuantiles(int frame, int y, size_t count) const {
   return quantiles;
 }
 
-// The row is one list of numbers, red, green and blue of each pixel in turn. Eight pixels are three
-// vectors.
+// `light` is one list of numbers, red, green and blue of each pixel in turn: eight pixels are three
+// vectors, and so are `gain` and `quantiles`, which may be missing. `vignette` is one a pixel.
+inline void Sensor::exposeEight(const float* light, const float* vignette, const Float8* gain,
+                                const Int8* quantiles, uint8_t* pixels) const {
+  const Float8 by_pixel = simd::load(vignette);
+  const Float8 by_value[3] = {__builtin_shuffle(by_pixel, Int8{0, 0, 0, 1, 1, 1, 2, 2}),
+                              __builtin_shuffle(by_pixel, Int8{2, 3, 3, 3, 4, 4, 4, 5}),
+                              __builtin_shuffle(by_pixel, Int8{5, 5, 6, 6, 6, 7, 7, 7})};
+  for (int k = 0; k < 3; ++k) {
+    const Float8 v = simd::load(light + 8 * k) * by_value[k] * gain[k];
+    simd::storeBytes(pixels + 8 * k,
+                     response_[levels(quantiles != nullptr ? withNoise(v, quantiles[k]) : v)]);
+  }
+}
+
 void Sensor::exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, int frame, int y,
                        Image<Rgb8>& out) const {
   Float8 channel_gain[3];
   for (int i = 0; i < 24; ++i) channel_gain[i / 8][i % 8] = static_cast<float>(gain[i % 3]);
-  const int groups = (width_ + 7) / 8;
+  const auto groups = static_cast<size_t>((width_ + 7) / 8),
+             whole = static_cast<size_t>(width_ / 8);
   std::vector<Int8> quantiles;
-  if (effects_.noise) quantiles = drawQuantiles(frame, y, 3 * static_cast<size_t>(groups));
+  if (effects_.noise) quantiles = drawQuantiles(frame, y, 3 * groups);
+  const auto drawn = [&](size_t g) { return effects_.noise ? &quantiles[3 * g] : nullptr; };
   const float* light = &radiance.row(y)->r;
   uint8_t* pixels = &out.row(y)->r;
   const float* vignette = vignette_.data() + static_cast<size_t>(y) * static_cast<size_t>(width_);
-  for (int g = 0; g < groups; ++g) {
-    const auto count = static_cast<size_t>(std::min(8, width_ - 8 * g));
-    std::array<float, 24> values{};
-    std::array<float, 8> gains{};
-    std::memcpy(values.data(), light + 24 * g, 3 * count * sizeof(float));
-    std::memcpy(gains.data(), vignette + 8 * g, count * sizeof(float));
-    const Float8 by_pixel = simd::load(gains.data());
-    const Float8 by_value[3] = {__builtin_shuffle(by_pixel, Int8{0, 0, 0, 1, 1, 1, 2, 2}),
-                                __builtin_shuffle(by_pixel, Int8{2, 3, 3, 3, 4, 4, 4, 5}),
-                                __builtin_shuffle(by_pixel, Int8{5, 5, 6, 6, 6, 7, 7, 7})};
-    std::array<uint8_t, 24> coded{};
-    for (int part = 0; part < 3; ++part) {
-      const Float8 v = simd::load(values.data() + 8 * part) * by_value[part] * channel_gain[part];
-      const auto vector = static_cast<size_t>(3 * g + part);
-      const Int8 code = response_[levels(effects_.noise ? withNoise(v, quantiles[vector]) : v)];
-      for (size_t i = 0; i < 8; ++i)
-        coded[8 * static_cast<size_t>(part) + i] = static_cast<uint8_t>(code[i]);
-    }
-    std::memcpy(pixels + 24 * g, coded.data(), 3 * count);
-  }
+  for (size_t g = 0; g < whole; ++g)
+    exposeEight(light + 24 * g, vignette + 8 * g, channel_gain, drawn(g), pixels + 24 * g);
+  if (whole == groups) return;
+  const auto rest = static_cast<size_t>(width_ % 8);
+  std::array<float, 24> some_light{};
+  std::array<float, 8> some_vignette{};
+  std::array<uint8_t, 24> some_pixels{};
+  std::copy_n(light + 24 * whole, 3 * rest, some_light.data());
+  std::copy_n(vignette + 8 * whole, rest, some_vignette.data());
+  exposeEight(some_light.data(), some_vignette.data(), channel_gain, drawn(whole),
+              some_pixels.data());
+  std::copy_n(some_pixels.data(), 3 * rest, pixels + 24 * whole);
 }
 
 }  // namespace diorama

@@ -46,6 +46,8 @@ class Sensor {
  private:
   simd::Float8 withNoise(simd::Float8 light, simd::Int8 quantile) const;
   std::vector<simd::Int8> drawQuantiles(int frame, int y, size_t count) const;
+  void exposeEight(const float* light, const float* vignette, const simd::Float8* gain,
+                   const simd::Int8* quantiles, uint8_t* pixels) const;
   void exposeRow(const Image<Radiance>& radiance, const Vector3d& gain, int frame, int y,
                  Image<Rgb8>& out) const;
 
@@ -53,8 +55,9 @@ class Sensor {
   Random random_;
   ResponseCurve response_;
   int width_;
-  std::vector<float> vignette_;  // share of the light that is left, per pixel
-  std::vector<float> normal_;    // quantiles of the standard normal distribution
+  std::vector<float> vignette_;            // share of the light that is left, per pixel
+  std::vector<float> normal_;              // quantiles of the standard normal distribution
+  float photon_variance_, read_variance_;  // of light: for each unit of it, and without any
 };
 
 }  // namespace diorama

@@ -59,6 +59,13 @@ inline Int8 max(Int8 a, Int8 b) {
 inline Float8 sqrt(Float8 a) { return _mm256_sqrt_ps(a); }
 inline Float8 floor(Float8 a) { return _mm256_floor_ps(a); }
 inline int bits(Int8 mask) { return _mm256_movemask_ps(asFloat(mask)); }
+inline void storeBytes(uint8_t* p, Int8 v) {  // the low byte of each
+  const __m256i low =
+      _mm256_shuffle_epi8(reinterpret_cast<__m256i>(v), _mm256_set1_epi32(0x0c080400));
+  const __m128i both =
+      _mm_unpacklo_epi32(_mm256_castsi256_si128(low), _mm256_extracti128_si256(low, 1));
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(p), both);
+}
 inline Int8 gather(const int* base, Int8 index) {
   return reinterpret_cast<Int8>(_mm256_i32gather_epi32(base, reinterpret_cast<__m256i>(index), 4));
 }
@@ -98,6 +105,9 @@ inline int bits(Int8 mask) {
   int result = 0;
   for (int i = 0; i < 8; ++i) result |= (mask[i] < 0) << i;
   return result;
+}
+inline void storeBytes(uint8_t* p, Int8 v) {
+  for (int i = 0; i < 8; ++i) p[i] = static_cast<uint8_t>(v[i]);
 }
 inline Int8 gather(const int* base, Int8 index) {
   Int8 v;
