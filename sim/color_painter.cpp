@@ -33,7 +33,7 @@ bool ColorPainter::meet(const RayPacket& rays, const PacketHits& hits, Sight& si
 void ColorPainter::prefetch(const Sight& sight) const {
   shading::prefetchLight(light.map, sight.light);
   shading::prefetchTexture(scene, sight.triangles, sight.triangles.tex_u, sight.triangles.tex_v,
-                           sight.level + 0.5f);
+                           sight.level);
 }
 
 void ColorPainter::look(const PacketRays& packet, const RayPacket& rays, const PacketHits& hits,

@@ -189,11 +189,13 @@ void RayRenderer::State::keepTruth(int tile, int p, const RowCameras& cameras,
   Int8 id = splat(0);
   Int8 patch = simd::select(simd::maskOfBits(packet.valid), splat(TruthBuffer::kNothing),
                             splat(TruthBuffer::kUnknown));
-  for (int lane = 0; lane < 8; ++lane) {
-    if (!hits.mask[lane]) continue;
-    const ShadingTriangle& triangle = scene->triangles[static_cast<size_t>(hits.triangle[lane])];
-    id[lane] = triangle.instance;
-    patch[lane] = triangle.patch;
+  for (auto pending = static_cast<unsigned>(simd::bits(hits.mask)); pending != 0;) {
+    const int number = hits.triangle[__builtin_ctz(pending)];
+    const ShadingTriangle& triangle = scene->triangles[static_cast<size_t>(number)];
+    const Int8 lanes = hits.mask & (hits.triangle == splat(number));
+    id = simd::select(lanes, splat(triangle.instance), id);
+    patch = simd::select(lanes, splat(triangle.patch), patch);
+    pending &= ~static_cast<unsigned>(simd::bits(lanes));
   }
   if (movingIn(tile)) {
     MovingObjects::Centers nearest{simd::select(hits.mask, hits.t, splat(kInfinity)), depth, id,

@@ -55,9 +55,9 @@ struct SampleCandidates::Rays {
 
 [[gnu::always_inline]] inline std::array<Float8, 3> SampleCandidates::Candidate::weights(
     const Rays& rays) const {
-  return {dot(placed->weight0, rays.direction) - dot(side0, rays.moment),
-          dot(placed->weight1, rays.direction) - dot(side1, rays.moment),
-          dot(placed->weight2, rays.direction) - dot(side2, rays.moment)};
+  return {dot(placed.weight0, rays.direction) - dot(side0, rays.moment),
+          dot(placed.weight1, rays.direction) - dot(side1, rays.moment),
+          dot(placed.weight2, rays.direction) - dot(side2, rays.moment)};
 }
 
 void SampleCandidates::gather(int tile, const TileMotion& motion, const RoughPixels& rough,
@@ -129,7 +129,7 @@ SampleCandidates::Candidate SampleCandidates::candidate(const PlacedTriangle& t)
   const Vector3d a = p0.cast<double>() - from, b = p1.cast<double>() - from,
                  c = p2.cast<double>() - from;
   const float side = a.dot((b - a).cross(c - a)) > 0 ? 1.f : -1.f;
-  return {&t, side * (p2 - p1), side * (p0 - p2), side * (p1 - p0)};
+  return {t, side * (p2 - p1), side * (p0 - p2), side * (p1 - p0)};
 }
 
 void SampleCandidates::choose(int p, int lanes) {
@@ -141,7 +141,7 @@ void SampleCandidates::choose(int p, int lanes) {
   const size_t block = blockOf(p);
   chosen_farthest_ = farthest_[block / kTileBlocks][static_cast<int>(block % kTileBlocks)];
   for (const uint32_t place : in_block_[block]) {
-    const PlacedTriangle& t = *candidates_[place].placed;
+    const PlacedTriangle& t = candidates_[place].placed;
     const Int8 in_box = (x <= t.box.x1 + margin_x_) & (x >= t.box.x0 - margin_x_) &
                         (y <= t.box.y1 + margin_y_) & (y >= t.box.y0 - margin_y_);
     if ((simd::bits(in_box) & lanes) == 0) continue;
@@ -170,8 +170,7 @@ PacketHits SampleCandidates::closest(size_t lane, const RayPacket& rays) const {
     // A triangle that is seen nearly edge-on may turn its other side while the camera moves.
     const Int8 inside =
         (simd::min(simd::min(w0, w1), w2) >= 0.f) | (simd::max(simd::max(w0, w1), w2) <= 0.f);
-    if (simd::bits(inside) == 0) continue;
-    const LinearForm& inverse_depth = c.placed->inverse_depth;
+    const LinearForm& inverse_depth = c.placed.inverse_depth;
     const Float8 inverse =
         dot(inverse_depth, seen.direction) / (1.f - dot(inverse_depth, seen.start));
     const Int8 nearer = inside & (inverse > nearest.inverse_depth);
@@ -195,7 +194,7 @@ PacketHits SampleCandidates::hitsOf(const Nearest& nearest, const Rays& rays) co
   for (unsigned pending = 0xff; pending != 0;) {
     const int place = nearest.place[__builtin_ctz(pending)];
     const Candidate& c = candidates_[static_cast<size_t>(place)];
-    const uint32_t triangle = c.placed->triangle;
+    const uint32_t triangle = c.placed.triangle;
     const Int8 lanes = nearest.place == splat(place);
     const auto [w0, w1, w2] = c.weights(rays);
     const Float8 sum = w0 + w1 + w2;

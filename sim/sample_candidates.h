@@ -47,8 +47,8 @@ class SampleCandidates {
   static constexpr size_t kBlocks = kTileBlocks * kTileBlocks;
 
   struct Rays;  // as the triangles need them
-  struct Candidate {
-    const PlacedTriangle* placed;
+  struct alignas(128) Candidate {
+    PlacedTriangle placed;
     Vector3f side0, side1, side2;  // opposite the corners, in the sense of the weights; world
 
     // Proportional to those of the corners where the rays meet the triangle's plane.

@@ -27,10 +27,11 @@ using simd::splat;
 using simd::toFloat;
 using simd::Vector8;
 
-// The samples of a light map at the corners of the grid cell's triangle around (u, v).
+// The samples of a light map at the corners of the grid cell's triangle around (u, v): two that
+// follow one another, and the one above or below them.
 struct LightCorners {
-  Int8 at[3];
-  Float8 weight[3];
+  Int8 pair, single;
+  Float8 weight[3];  // of the pair's first and second, and of the single one
 };
 
 inline LightCorners lightCorners(Int8 offset, Int8 resolution, Float8 u, Float8 v) {
@@ -41,19 +42,25 @@ inline LightCorners lightCorners(Int8 offset, Int8 resolution, Float8 u, Float8 
   const Float8 fx = simd::clamp(x - toFloat(i), 0, 1), fy = simd::clamp(y - toFloat(j), 0, 1);
   const Int8 upper = (fx + fy > 1.f) & (i + j + 2 <= resolution);
   const Float8 s = simd::min(fx + fy, splat(1.f));
-  // Lower: corners (i, j) (i+1, j) (i, j+1); upper: (i+1, j+1) (i+1, j) (i, j+1).
-  const Float8 w0 = simd::select(upper, fx + fy - 1.f, 1.f - s);
-  const Float8 w1 = simd::select(upper, 1.f - fy, fx), w2 = 1.f - w0 - w1;
-  const Int8 row = offset + j * (resolution + 1) - ((j * (j - 1)) >> 1);
-  const Int8 above = row + resolution + 1 - j;
-  return {{simd::select(upper, above + i + 1, row + i), row + i + 1, above + i}, {w0, w1, w2}};
+  // Lower: corners (i, j) (i+1, j) (i, j+1); upper: (i, j+1) (i+1, j+1) (i+1, j).
+  const Float8 corner = simd::select(upper, fx + fy - 1.f, 1.f - s);  // at the right angle
+  const Float8 right = simd::select(upper, 1.f - fy, fx), above = 1.f - corner - right;
+  const Int8 row = offset + j * (resolution + 1) - ((j * (j - 1)) >> 1) + i;
+  const Int8 next = row + resolution + 1 - j;
+  return {simd::select(upper, next, row),
+          simd::select(upper, row + 1, next),
+          {simd::select(upper, above, corner), simd::select(upper, corner, right),
+           simd::select(upper, right, above)}};
 }
 
 inline Vector8 bakedLight(const LightMap& map, const LightCorners& corners) {
   const int* samples = reinterpret_cast<const int*>(map.samples.data());
+  Int8 at[3];
+  simd::gatherPairs(samples, corners.pair, at[0], at[1]);
+  at[2] = simd::gather(samples, corners.single);
   Vector8 light = simd::splat3(0, 0, 0);
   for (int k = 0; k < 3; ++k) {
-    const Int8 q = simd::gather(samples, corners.at[k]);
+    const Int8 q = at[k];
     const Float8 red = toFloat(q & 2047), green = toFloat((q >> 11) & 2047),
                  blue = toFloat((q >> 22) & 1023);
     light.x += corners.weight[k] * red * red;
@@ -69,8 +76,8 @@ inline LightCorners lightCorners(const TriangleLanes& t, const ViewedPoint& poin
 }
 
 inline void prefetchLight(const LightMap& map, const LightCorners& corners) {
-  for (const Int8& at : {corners.at[1], corners.at[2]})  // in two rows
-    for (int lane = 0; lane < 8; ++lane)
+  for (const Int8& at : {corners.pair, corners.single})  // in two rows
+    for (const int lane : kPacketCorners)
       __builtin_prefetch(&map.samples[static_cast<size_t>(at[lane])]);
 }
 
