@@ -150,10 +150,13 @@ inline Vector8 highlight(const LightView& view, const RayPacket& rays, const Pac
     const Float8 towards = simd::min(dot(mirror, normal), splat(-1e-3f));
     const Float8 t = dot(to, normal) / towards;
     const Vector8 q = mirror * t - to;
-    const Float8 inverse_w = 1.f / simd::max(t * s.lobe, splat(1e-4f));
-    const Float8 share = coverage(dot(q, axis_u), light.half_u, inverse_w) *
-                         coverage(dot(q, axis_v), light.half_v, inverse_w);
-    const Int8 sees = (dot(mirror, normal) < -1e-3f) & (t > 0.f);
+    const Float8 u = dot(q, axis_u), v = dot(q, axis_v), w = simd::max(t * s.lobe, splat(1e-4f));
+    const Int8 sees = (dot(mirror, normal) < -1e-3f) & (t > 0.f) &
+                      (simd::abs(u) < light.half_u + w) & (simd::abs(v) < light.half_v + w);
+    if (simd::bits(sees) == 0) continue;
+    const Float8 inverse_w = 1.f / w;
+    const Float8 share =
+        coverage(u, light.half_u, inverse_w) * coverage(v, light.half_v, inverse_w);
     sum = sum + simd::splat3(light.radiance) * simd::select(sees, share * gate, splat(0.f));
   }
   return sum * fresnel;
