@@ -12,6 +12,25 @@
 
 namespace diorama {
 
+// A triangle's plane as a camera sees it.
+struct CameraPlane {
+  Vector3d normal;  // any length
+  double height;    // its product with a point of the plane
+
+  // Along the directions (x, y, 1) of the camera.
+  simd::Float8 depth(const PacketRays& packet) const {
+    using Double8 = double __attribute__((vector_size(64)));
+    const Double8 x = __builtin_convertvector(simd::load(packet.x), Double8);
+    const Double8 y = __builtin_convertvector(simd::load(packet.y), Double8);
+    return __builtin_convertvector(height / (normal.x() * x + normal.y() * y + normal.z()),
+                                   simd::Float8);
+  }
+  // Seen edge-on the plane says nothing: then it is `t` that counts.
+  static simd::Float8 chosen(simd::Float8 depth, simd::Float8 t) {
+    return simd::select(simd::abs(depth - t) <= 1e-3f * t, depth, t);
+  }
+};
+
 class PlaneDepth {
  public:
   explicit PlaneDepth(const RenderScene& scene) : scene_(scene) {}
@@ -26,17 +45,13 @@ class PlaneDepth {
       simd::Int8 lanes = hits.triangle == simd::splat(triangle);
       if (&first != &second) lanes &= laneY(lane) == 0 ? ~kSecondRow : kSecondRow;
       setTriangle(laneY(lane) == 0 ? first : second, static_cast<uint32_t>(triangle));
-      depth = simd::select(lanes, onPlane(packet), depth);
+      depth = simd::select(lanes, plane_.depth(packet), depth);
       pending &= ~static_cast<unsigned>(simd::bits(lanes));
     }
-    // Seen edge-on the plane says nothing.
-    const simd::Int8 agrees = simd::abs(depth - hits.t) <= 1e-3f * hits.t;
-    return simd::select(hits.mask, simd::select(agrees, depth, hits.t), simd::splat(0.f));
+    return simd::select(hits.mask, CameraPlane::chosen(depth, hits.t), simd::splat(0.f));
   }
 
  private:
-  using Double8 = double __attribute__((vector_size(64)));
-
   void setTriangle(const CameraFrame& camera, uint32_t triangle) {
     if (triangle == triangle_ && &camera == camera_) return;
     triangle_ = triangle;
@@ -44,23 +59,13 @@ class PlaneDepth {
     const Vector3d p0 = scene_.corner(triangle, 0).cast<double>();
     const Vector3d n = (scene_.corner(triangle, 1).cast<double>() - p0)
                            .cross(scene_.corner(triangle, 2).cast<double>() - p0);
-    height_ = n.dot(p0 - camera.origin);
-    n_camera_ = camera.R.transpose() * n;
-  }
-
-  // Along the directions (x, y, 1) of the camera.
-  simd::Float8 onPlane(const PacketRays& packet) const {
-    const Double8 x = __builtin_convertvector(simd::load(packet.x), Double8);
-    const Double8 y = __builtin_convertvector(simd::load(packet.y), Double8);
-    return __builtin_convertvector(
-        height_ / (n_camera_.x() * x + n_camera_.y() * y + n_camera_.z()), simd::Float8);
+    plane_ = {camera.R.transpose() * n, n.dot(p0 - camera.origin)};
   }
 
   const RenderScene& scene_;
   const CameraFrame* camera_ = nullptr;
   uint32_t triangle_ = UINT32_MAX;
-  Vector3d n_camera_ = Vector3d::Zero();
-  double height_ = 0;
+  CameraPlane plane_{};
 };
 
 }  // namespace diorama

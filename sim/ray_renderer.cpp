@@ -185,7 +185,8 @@ void RayRenderer::State::keepTruth(int tile, int p, const RowCameras& cameras,
                                    const PacketHits& hits, PlaneDepth& planeDepth, Vector8* color) {
   const PacketRays& packet = table.packet(tile, p);
   const int x = table.packetX(tile, p), y = table.packetY(tile, p);
-  Float8 depth = planeDepth(cameras[y], cameras[y + 1], packet, hits);
+  Float8 depth = simd::select(hits.mask, hits.t, splat(0.f));
+  if (rolling) depth = planeDepth(cameras[y], cameras[y + 1], packet, hits);
   Int8 id = splat(0);
   Int8 patch = simd::select(simd::maskOfBits(packet.valid), splat(TruthBuffer::kNothing),
                             splat(TruthBuffer::kUnknown));

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/plane_depth.h"
 #include "sim/tile_rays.h"
 
 namespace diorama {
@@ -24,15 +25,44 @@ struct Part {
   uint32_t first_triangle = 0, triangle_count = 0;
   uint32_t first_corner = 0, corner_count = 0;
   Eigen::AlignedBox3d box;  // world
+  // World planes of its triangles: x n = d in front of them; 0 n = -1 where backs are seen.
+  std::vector<float> normal_x, normal_y, normal_z, distance;
+  std::vector<int> closed;  // the surfaces of these triangles
 
   struct Entry {
     uint32_t tile, placed;
   };
   std::vector<ImagedCorner> corners;
   std::vector<PlacedTriangle> placed;
+  std::vector<CameraPlane> planes;  // of the placed ones
   std::vector<Entry> found;
   std::vector<uint32_t> begin;    // of each tile in `entries`
   std::vector<uint32_t> entries;  // places in `placed`
+
+  void setPlanes(const RenderScene& scene) {
+    const size_t eights = (triangle_count + 7) / 8 * 8;
+    for (std::vector<float>* of : {&normal_x, &normal_y, &normal_z}) of->assign(eights, 0.f);
+    distance.assign(eights, -1.f);
+    for (uint32_t k = 0; k < triangle_count; ++k) {
+      const uint32_t triangle = first_triangle + k;
+      const int surface = scene.closed.of_triangle[triangle];
+      if (surface == ClosedSurfaces::kOpen) continue;
+      const Vector3f n = Eigen::Map<const Vector3f>(scene.triangles[triangle].plane);
+      normal_x[k] = n.x();
+      normal_y[k] = n.y();
+      normal_z[k] = n.z();
+      distance[k] = n.dot(scene.corner(triangle, 0));
+      if (closed.empty() || closed.back() != surface) closed.push_back(surface);
+    }
+  }
+
+  // Which of eight triangles hide themselves from all that is as close to a point: bit per lane.
+  unsigned turnedAway(uint32_t first, const Vector3f& from, float reach_m) const {
+    const Float8 above = simd::load(&normal_x[first]) * from.x() +
+                         simd::load(&normal_y[first]) * from.y() +
+                         simd::load(&normal_z[first]) * from.z() - simd::load(&distance[first]);
+    return static_cast<unsigned>(simd::bits(above < -reach_m));
+  }
 
   void sortEntries(size_t tiles) {
     begin.assign(tiles + 1, 0);
@@ -63,9 +93,15 @@ std::vector<Part> partsOf(const RenderScene& scene) {
     part.triangle_count = end - part.first_triangle;
     part.first_corner = low;
     part.corner_count = high - low + 1;
+    part.setPlanes(scene);
   }
   return parts;
 }
+
+struct ListedTriangle {
+  const PlacedTriangle* placed;
+  const CameraPlane* plane;
+};
 
 // What the rays of a packet have met so far.
 struct Nearest {
@@ -82,25 +118,29 @@ void meetPacket(const PlacedTriangle& t, int place, const PacketRays& packet, Ne
   nearest.place = simd::select(nearer, splat(place), nearest.place);
 }
 
-PacketHits hitsOf(const std::vector<const PlacedTriangle*>& list, const PacketRays& packet,
+PacketHits hitsOf(const std::vector<ListedTriangle>& list, const PacketRays& packet,
                   const Nearest& nearest) {
   PacketHits hits;
   hits.mask = simd::maskOfBits(packet.valid) & (nearest.place >= splat(0));
-  hits.t = splat(1.f) / nearest.inverse_depth;
+  const Float8 t_roughly = splat(1.f) / nearest.inverse_depth;
+  hits.t = t_roughly;
   hits.u = hits.v = splat(0.f);
   hits.normal = simd::splat3(0, 0, 1);
   hits.triangle = splat(0);
   const Float8 x = simd::load(packet.x), y = simd::load(packet.y);
   for (auto pending = static_cast<unsigned>(simd::bits(hits.mask)); pending != 0;) {
     const int place = nearest.place[__builtin_ctz(pending)];
-    const PlacedTriangle& t = *list[static_cast<size_t>(place)];
+    const auto& [placed, plane] = list[static_cast<size_t>(place)];
+    const PlacedTriangle& t = *placed;
     const Int8 lanes = nearest.place == splat(place);
     const Float8 w1 = t.weight1(x, y), w2 = t.weight2(x, y), sum = t.weight0(x, y) + w1 + w2;
+    hits.t = simd::select(lanes, plane->depth(packet), hits.t);
     hits.u = simd::select(lanes, w1 / sum, hits.u);
     hits.v = simd::select(lanes, w2 / sum, hits.v);
     hits.triangle = simd::select(lanes, splat(static_cast<int>(t.triangle)), hits.triangle);
     pending &= ~static_cast<unsigned>(simd::bits(lanes));
   }
+  hits.t = CameraPlane::chosen(hits.t, t_roughly);
   return hits;
 }
 
@@ -112,9 +152,9 @@ class TileMeeting {
     farthest_.fill(splat(0.f));
   }
 
-  void meet(const PlacedTriangle& t) {
+  void meet(const PlacedTriangle& t, const CameraPlane& plane) {
     const int place = static_cast<int>(list_.size());
-    list_.push_back(&t);
+    list_.push_back({&t, &plane});
     const Int8 columns = (rays_.column_low <= t.box.x1) & (rays_.column_high >= t.box.x0);
     auto rows = static_cast<unsigned>(
         simd::bits((rays_.row_low <= t.box.y1) & (rays_.row_high >= t.box.y0)));
@@ -152,7 +192,7 @@ class TileMeeting {
   const RayTable& table_;
   int tile_;
   const TileRays& rays_;
-  std::vector<const PlacedTriangle*> list_;
+  std::vector<ListedTriangle> list_;
   std::array<Nearest, kPacketsPerTile> nearest_;
   std::array<Float8, kTileBlocks> farthest_;  // least inverse depth of each block
 };
@@ -214,7 +254,7 @@ struct TriangleTiles::State {
     for (const uint32_t k : order) {
       const Part& part = parts[k];
       for (uint32_t e = part.begin[at]; e < part.begin[at + 1]; ++e)
-        visit(part.placed[part.entries[e]]);
+        visit(part.placed[part.entries[e]], part.planes[part.entries[e]]);
     }
   }
 };
@@ -262,6 +302,7 @@ bool TriangleTiles::State::hidesItself(uint32_t triangle, const Vector3d& normal
 void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& t) const {
   part.corners.clear();
   part.placed.clear();
+  part.planes.clear();
   part.found.clear();
   part.entries.clear();
   std::vector<ImagedCorner> around;
@@ -271,7 +312,16 @@ void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& 
 
   for (uint32_t k = 0; k < part.corner_count; ++k)
     part.corners.emplace_back(R * scene.corners[part.first_corner + k].cast<double>() + t);
+  const Vector3f from = camera.origin.cast<float>();
+  const bool outside_all = std::all_of(part.closed.begin(), part.closed.end(), [&](int surface) {
+    return outside[static_cast<size_t>(surface)] != 0;
+  });
+  unsigned hidden = 0;
   for (uint32_t k = 0; k < part.triangle_count; ++k) {
+    constexpr float kRounding_m = 1e-5f;
+    if (k % 8 == 0 && outside_all)
+      hidden = part.turnedAway(k, from, static_cast<float>(reach_m) + kRounding_m);
+    if (hidden >> k % 8 & 1) continue;
     const uint32_t triangle = part.first_triangle + k;
     const auto corner = [&](uint32_t i) -> const ImagedCorner& {
       return part.corners[scene.indices[3 * triangle + i] - part.first_corner];
@@ -291,6 +341,7 @@ void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& 
     placed.inverse_depth = LinearForm(normal / volume);
     placed.triangle = triangle;
     addToTiles(part, placed);
+    part.planes.push_back({normal, volume});
   }
   part.sortEntries(tiles.size());
 }
@@ -312,7 +363,8 @@ void TriangleTiles::State::addToTiles(Part& part, const PlacedTriangle& placed) 
 
 void TriangleTiles::meet(int tile, TileHits& hits) const {
   TileMeeting meeting(state_->table, tile, rays(tile));
-  state_->visit(tile, [&](const PlacedTriangle& t) { meeting.meet(t); });
+  state_->visit(tile,
+                [&](const PlacedTriangle& t, const CameraPlane& plane) { meeting.meet(t, plane); });
   for (int p = 0; p < kPacketsPerTile; ++p) hits[static_cast<size_t>(p)] = meeting.hits(p);
 }
 
@@ -324,7 +376,8 @@ const TileRays& TriangleTiles::rays(int tile) const {
 
 void TriangleTiles::list(int tile, std::vector<const PlacedTriangle*>& triangles) const {
   triangles.clear();
-  state_->visit(tile, [&](const PlacedTriangle& t) { triangles.push_back(&t); });
+  state_->visit(tile,
+                [&](const PlacedTriangle& t, const CameraPlane&) { triangles.push_back(&t); });
 }
 
 }  // namespace diorama
