@@ -70,6 +70,7 @@ struct PlacedTriangle {
   LinearForm weight0, weight1, weight2, inverse_depth;
   DirectionBox box;
   uint32_t triangle;
+  float side;  // 1, or -1 where the corners turn the other way
 
   bool mayTouch(const DirectionBox& o) const {
     return weight0.most(o) >= 0 && weight1.most(o) >= 0 && weight2.most(o) >= 0;

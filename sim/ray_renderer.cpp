@@ -138,6 +138,8 @@ RenderedFrame RayRenderer::render(const ExposureMotion& motion) const {
 namespace {
 
 void put(const Vector8& color, const PacketRays& packet, int x, int y, Image<Radiance>& radiance) {
+  if (packet.valid == 0xff)
+    return simd::storeFours(&radiance(x, y).r, &radiance(x, y + 1).r, color);
   for (int lane = 0; lane < 8; ++lane)
     if (packet.valid >> lane & 1)
       radiance(x + laneX(lane), y + laneY(lane)) = {color.x[lane], color.y[lane], color.z[lane]};

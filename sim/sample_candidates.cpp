@@ -125,11 +125,7 @@ void SampleCandidates::sortIn(const PlacedTriangle& t) {
 SampleCandidates::Candidate SampleCandidates::candidate(const PlacedTriangle& t) const {
   const Vector3f p0 = scene_.corner(t.triangle, 0), p1 = scene_.corner(t.triangle, 1),
                  p2 = scene_.corner(t.triangle, 2);
-  const Vector3d from = tiles_.camera().origin;
-  const Vector3d a = p0.cast<double>() - from, b = p1.cast<double>() - from,
-                 c = p2.cast<double>() - from;
-  const float side = a.dot((b - a).cross(c - a)) > 0 ? 1.f : -1.f;
-  return {t, side * (p2 - p1), side * (p0 - p2), side * (p1 - p0)};
+  return {t, t.side * (p2 - p1), t.side * (p0 - p2), t.side * (p1 - p0)};
 }
 
 void SampleCandidates::choose(int p, int lanes) {

@@ -34,6 +34,13 @@ inline Float8 load2(const float* low, const float* high) {  // four lanes from e
   return v;
 }
 
+inline Int8 load2(const int* low, const int* high) {
+  Int8 v;
+  std::memcpy(&v, low, 16);
+  std::memcpy(reinterpret_cast<char*>(&v) + 16, high, 16);
+  return v;
+}
+
 inline Float8 asFloat(Int8 v) { return reinterpret_cast<Float8>(v); }
 inline Int8 asInt(Float8 v) { return reinterpret_cast<Int8>(v); }
 inline Float8 toFloat(Int8 v) { return __builtin_convertvector(v, Float8); }
@@ -177,6 +184,26 @@ Vector8 splat3(const V& v) {
 inline Vector8 min(const Vector8& a, Float8 b) { return {min(a.x, b), min(a.y, b), min(a.z, b)}; }
 inline Vector8 select(Int8 mask, const Vector8& a, const Vector8& b) {
   return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+}
+
+// The first four vectors one after the other, and so the last four.
+inline void storeFours(float* low, float* high, const Vector8& v) {
+#ifdef __AVX2__
+  const __m256 xy01 = _mm256_unpacklo_ps(v.x, v.y), xy23 = _mm256_unpackhi_ps(v.x, v.y),
+               z0x1 = _mm256_shuffle_ps(v.z, v.x, 0x50), y1z1 = _mm256_shuffle_ps(v.y, v.z, 0x55),
+               z2x3 = _mm256_shuffle_ps(v.z, v.x, 0xfa), y3z3 = _mm256_shuffle_ps(v.y, v.z, 0xff);
+  const __m256 parts[3] = {_mm256_shuffle_ps(xy01, z0x1, 0x84), _mm256_shuffle_ps(y1z1, xy23, 0x48),
+                           _mm256_shuffle_ps(z2x3, y3z3, 0x88)};
+  for (int k = 0; k < 3; ++k) {
+    _mm_storeu_ps(low + 4 * k, _mm256_castps256_ps128(parts[k]));
+    _mm_storeu_ps(high + 4 * k, _mm256_extractf128_ps(parts[k], 1));
+  }
+#else
+  for (int lane = 0; lane < 8; ++lane) {
+    float* to = lane < 4 ? low + 3 * lane : high + 3 * (lane - 4);
+    to[0] = v.x[lane], to[1] = v.y[lane], to[2] = v.z[lane];
+  }
+#endif
 }
 
 }  // namespace diorama::simd

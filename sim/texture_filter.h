@@ -96,6 +96,11 @@ inline Vector8 filteredTexture(const RenderScene& scene, const TriangleLanes& t,
 // What the others of a packet read lies between what these lanes read, in the same cache lines.
 constexpr std::array<int, 4> kPacketCorners = {0, 3, 4, 7};
 
+// Whether no lane has a texture of more than one texel.
+inline bool isPlain(const TriangleLanes& t) {
+  return simd::bits((t.log_width | t.log_height) != splat(0)) == 0;
+}
+
 // Asks the memory for what taps there will read, between two mip levels: an atlas is far larger
 // than the caches.
 inline void prefetchTexture(const RenderScene& scene, const TriangleLanes& t, Float8 u, Float8 v,

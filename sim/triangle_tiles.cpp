@@ -340,6 +340,7 @@ void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& 
     placed.weight2 = LinearForm(side * c0.p.cross(c1.p));
     placed.inverse_depth = LinearForm(normal / volume);
     placed.triangle = triangle;
+    placed.side = static_cast<float>(side);
     addToTiles(part, placed);
     part.planes.push_back({normal, volume});
   }

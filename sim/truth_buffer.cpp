@@ -66,6 +66,8 @@ bool TruthBuffer::hasEdge(int x, int y, int width, int height) const {
 int TruthBuffer::roughPixels(int x, int y, Reach reach, int width, int height) const {
   int rough = bentPixels(x, y, reach);
   if (isEven(x, y, reach)) return rough;
+  if (x >= reach.x && y >= reach.y && x + 4 + reach.x <= width && y + 2 + reach.y <= height)
+    return rough | mixedPixels(x, y, reach);
   for (int lane = 0; lane < 8; ++lane)
     if (isMixed(x + laneX(lane), y + laneY(lane), reach, width, height)) rough |= 1 << lane;
   return rough;
@@ -100,6 +102,19 @@ bool TruthBuffer::isMixed(int x, int y, Reach reach, int width, int height) cons
   for (int v = y0; v <= y1; ++v)
     for (int u = x0; u <= x1; ++u) differs |= patch ^ patch_[at(u, v)];
   return differs != 0;
+}
+
+// All pixels of a packet at once, where its neighbourhood lies in the image.
+int TruthBuffer::mixedPixels(int x, int y, Reach reach) const {
+  const auto values = [&](int u, int v) {
+    const int* p = &patch_[at(u, v)];
+    return simd::load2(p, p + stride_);
+  };
+  const Int8 patch = values(x, y);
+  Int8 differs = patch == simd::splat(kUnknown);
+  for (int v = -reach.y; v <= reach.y; ++v)
+    for (int u = -reach.x; u <= reach.x; ++u) differs |= patch ^ values(x + u, y + v);
+  return simd::bits(differs != simd::splat(0));
 }
 
 // Inverse depth, which is linear in the image of a plane, departs from the line through its values

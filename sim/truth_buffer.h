@@ -49,6 +49,7 @@ class TruthBuffer {
   void visitPackets(int x, int y, int height, Reach reach, const Visit& visit) const;
   bool isEven(int x, int y, Reach reach) const;
   bool isMixed(int x, int y, Reach reach, int width, int height) const;
+  int mixedPixels(int x, int y, Reach reach) const;
   int bentPixels(int x, int y, Reach reach) const;
 
   int stride_, rows_;
