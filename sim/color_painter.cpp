@@ -66,7 +66,8 @@ Vector8 ColorPainter::smooth(const PacketRays& packet, const Sight& sight,
   const ViewedPoint& point = sight.point;
   const Vector8 p = sight.rays.origin + sight.rays.direction * point.distance;
   Vector8 texture = simd::splat3(0, 0, 0);
-  for (size_t k = 0; k < pattern.first.taps.size(); ++k) {
+  const size_t taps = shading::isPlain(t) ? 1 : pattern.first.taps.size();
+  for (size_t k = 0; k < taps; ++k) {
     const PixelSample& sample = pattern.first.taps[k];
     const RayPacket ray = raysOf(packet, sample, pattern.second.taps[k]);
     const Vector8 to = p - ray.origin;
@@ -75,7 +76,7 @@ Vector8 ColorPainter::smooth(const PacketRays& packet, const Sight& sight,
         texture + shading::filteredTexture(scene, t, t.tex_u + t.alongU(way),
                                            t.tex_v + t.alongV(way), sight.level + sample.dither);
   }
-  texture = texture * splat(1.f / static_cast<float>(pattern.first.taps.size()));
+  texture = texture * splat(1.f / static_cast<float>(taps));
   const Surface surface = shading::surfaceOf(light, t, point, sight.light, texture);
   return simd::min(shading::radianceOf(scene, light, sight.rays, sight.hits, surface),
                    splat(brightest));

@@ -145,6 +145,7 @@ inline Float8 levelOfTwo(const TriangleLanes& t, const ViewedPoint& point, Float
 
 inline Vector8 twoTaps(const RenderScene& scene, const TriangleLanes& t, const ViewedPoint& point,
                        Float8 pixel, Float8 level) {
+  if (isPlain(t)) return filteredTexture(scene, t, t.tex_u, t.tex_v, level);
   const Float8 sine2 = simd::max(1.f - point.cosine * point.cosine, splat(1e-6f));
   const Float8 quarter = 0.25f * point.distance * pixel / point.slant * simd::inverseSqrt(sine2);
   const Vector8 axis = (point.direction - t.plane * point.cosine) * quarter;

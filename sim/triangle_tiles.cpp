@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "sim/plane_depth.h"
 #include "sim/tile_rays.h"
+#include "sim/triangle_part.h"
 
 namespace diorama {
 
@@ -17,86 +17,6 @@ using simd::Int8;
 using simd::splat;
 
 namespace {
-
-constexpr uint32_t kPartTriangles = 1024;
-
-// Triangles that follow one another: what is known of them, and where the camera sees them.
-struct Part {
-  uint32_t first_triangle = 0, triangle_count = 0;
-  uint32_t first_corner = 0, corner_count = 0;
-  Eigen::AlignedBox3d box;  // world
-  // World planes of its triangles: x n = d in front of them; 0 n = -1 where backs are seen.
-  std::vector<float> normal_x, normal_y, normal_z, distance;
-  std::vector<int> closed;  // the surfaces of these triangles
-
-  struct Entry {
-    uint32_t tile, placed;
-  };
-  std::vector<ImagedCorner> corners;
-  std::vector<PlacedTriangle> placed;
-  std::vector<CameraPlane> planes;  // of the placed ones
-  std::vector<Entry> found;
-  std::vector<uint32_t> begin;    // of each tile in `entries`
-  std::vector<uint32_t> entries;  // places in `placed`
-
-  void setPlanes(const RenderScene& scene) {
-    const size_t eights = (triangle_count + 7) / 8 * 8;
-    for (std::vector<float>* of : {&normal_x, &normal_y, &normal_z}) of->assign(eights, 0.f);
-    distance.assign(eights, -1.f);
-    for (uint32_t k = 0; k < triangle_count; ++k) {
-      const uint32_t triangle = first_triangle + k;
-      const int surface = scene.closed.of_triangle[triangle];
-      if (surface == ClosedSurfaces::kOpen) continue;
-      const Vector3f n = Eigen::Map<const Vector3f>(scene.triangles[triangle].plane);
-      normal_x[k] = n.x();
-      normal_y[k] = n.y();
-      normal_z[k] = n.z();
-      distance[k] = n.dot(scene.corner(triangle, 0));
-      if (closed.empty() || closed.back() != surface) closed.push_back(surface);
-    }
-  }
-
-  // Which of eight triangles hide themselves from all that is as close to a point: bit per lane.
-  unsigned turnedAway(uint32_t first, const Vector3f& from, float reach_m) const {
-    const Float8 above = simd::load(&normal_x[first]) * from.x() +
-                         simd::load(&normal_y[first]) * from.y() +
-                         simd::load(&normal_z[first]) * from.z() - simd::load(&distance[first]);
-    return static_cast<unsigned>(simd::bits(above < -reach_m));
-  }
-
-  void sortEntries(size_t tiles) {
-    begin.assign(tiles + 1, 0);
-    for (const Entry& e : found) ++begin[e.tile + 1];
-    for (size_t k = 0; k < tiles; ++k) begin[k + 1] += begin[k];
-    entries.resize(found.size());
-    std::vector<uint32_t> next(begin.begin(), begin.end() - 1);
-    for (const Entry& e : found) entries[next[e.tile]++] = e.placed;
-  }
-};
-
-std::vector<Part> partsOf(const RenderScene& scene) {
-  std::vector<Part> parts;
-  const auto count = static_cast<uint32_t>(scene.triangles.size());
-  for (uint32_t end = 0; end < count;) {
-    Part& part = parts.emplace_back();
-    part.first_triangle = end;
-    const int instance = scene.triangles[end].instance;
-    uint32_t low = UINT32_MAX, high = 0;
-    for (; end < count && end < part.first_triangle + kPartTriangles &&
-           scene.triangles[end].instance == instance;
-         ++end)
-      for (uint32_t k = 3 * end; k < 3 * end + 3; ++k) {
-        low = std::min(low, scene.indices[k]);
-        high = std::max(high, scene.indices[k]);
-        part.box.extend(scene.corners[scene.indices[k]].cast<double>());
-      }
-    part.triangle_count = end - part.first_triangle;
-    part.first_corner = low;
-    part.corner_count = high - low + 1;
-    part.setPlanes(scene);
-  }
-  return parts;
-}
 
 struct ListedTriangle {
   const PlacedTriangle* placed;
@@ -222,7 +142,7 @@ struct TriangleTiles::State {
   State(const RenderScene& s, const RayTable& t, float margin)
       : scene(s),
         table(t),
-        parts(partsOf(s)),
+        parts(TrianglePart::of(s)),
         margin_px(margin),
         tiles(tilesOf(t, margin)),
         tiles_x(static_cast<size_t>(t.tilesX())),
@@ -232,12 +152,12 @@ struct TriangleTiles::State {
 
   void setCamera(const CameraFrame& c, double r_m);
   bool hidesItself(uint32_t triangle, const Vector3d& normal, double volume) const;
-  void place(Part& part, const Matrix3d& R, const Vector3d& t) const;
-  void addToTiles(Part& part, const PlacedTriangle& placed) const;
+  void place(TrianglePart& part, const Matrix3d& R, const Vector3d& t) const;
+  void addToTiles(TrianglePart& part, const PlacedTriangle& placed) const;
 
   const RenderScene& scene;
   const RayTable& table;
-  std::vector<Part> parts;
+  std::vector<TrianglePart> parts;
   float margin_px;
   std::vector<TileRays> tiles;
   size_t tiles_x;
@@ -252,7 +172,7 @@ struct TriangleTiles::State {
   void visit(int tile, const Visit& visit) const {
     const auto at = static_cast<size_t>(tile);
     for (const uint32_t k : order) {
-      const Part& part = parts[k];
+      const TrianglePart& part = parts[k];
       for (uint32_t e = part.begin[at]; e < part.begin[at + 1]; ++e)
         visit(part.placed[part.entries[e]], part.planes[part.entries[e]]);
     }
@@ -267,7 +187,7 @@ void TriangleTiles::sort(const CameraFrame& camera, WorkerPool& pool, double rea
   state_->setCamera(camera, reach_m);
   const Matrix3d R = camera.R.transpose();
   const Vector3d t = -R * camera.origin;
-  std::vector<Part>& parts = state_->parts;
+  std::vector<TrianglePart>& parts = state_->parts;
   pool.run(static_cast<int>(parts.size()),
            [&](int k) { state_->place(parts[static_cast<size_t>(k)], R, t); });
   // What is near first: it hides the rest.
@@ -299,12 +219,8 @@ bool TriangleTiles::State::hidesItself(uint32_t triangle, const Vector3d& normal
          volume * volume > reach_m * reach_m * normal.squaredNorm();
 }
 
-void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& t) const {
-  part.corners.clear();
-  part.placed.clear();
-  part.planes.clear();
-  part.found.clear();
-  part.entries.clear();
+void TriangleTiles::State::place(TrianglePart& part, const Matrix3d& R, const Vector3d& t) const {
+  part.clear();
   std::vector<ImagedCorner> around;
   for (int k = 0; k < 8; ++k)
     around.emplace_back(R * part.box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k)) + t);
@@ -318,9 +234,7 @@ void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& 
   });
   unsigned hidden = 0;
   for (uint32_t k = 0; k < part.triangle_count; ++k) {
-    constexpr float kRounding_m = 1e-5f;
-    if (k % 8 == 0 && outside_all)
-      hidden = part.turnedAway(k, from, static_cast<float>(reach_m) + kRounding_m);
+    if (k % 8 == 0 && outside_all) hidden = part.turnedAway(k, from, static_cast<float>(reach_m));
     if (hidden >> k % 8 & 1) continue;
     const uint32_t triangle = part.first_triangle + k;
     const auto corner = [&](uint32_t i) -> const ImagedCorner& {
@@ -347,7 +261,7 @@ void TriangleTiles::State::place(Part& part, const Matrix3d& R, const Vector3d& 
   part.sortEntries(tiles.size());
 }
 
-void TriangleTiles::State::addToTiles(Part& part, const PlacedTriangle& placed) const {
+void TriangleTiles::State::addToTiles(TrianglePart& part, const PlacedTriangle& placed) const {
   const auto [first_column, end_column] = ranks.first.touched(placed.box.x0, placed.box.x1);
   const auto [first_row, end_row] = ranks.second.touched(placed.box.y0, placed.box.y1);
   const auto add = [&](size_t tile) {
