@@ -93,16 +93,19 @@ class Winding {
         indices_(indicesOf(scene, triangles)),
         bvh_({scene.corners.data(), scene.corners.size() - 1}, indices_) {}
 
-  // Whether it does behind all of them; those without an area have nothing behind.
-  bool isBehindAll() const {
+  // Of each triangle whether it does behind all of it; not where it cannot be told.
+  std::vector<uint8_t> behind() const {
+    std::vector<uint8_t> result = uncrossed();
     for (int first = 0; first < static_cast<int>(triangles_.size()); first += 8) {
-      const Int8 eight = simd::min(Int8{0, 1, 2, 3, 4, 5, 6, 7} + first,
-                                   splat(static_cast<int>(triangles_.size()) - 1));
+      const Int8 eight = eightFrom(first);
       for (const Vector3f& weights : {Vector3f(0.33f, 0.34f, 0.33f), Vector3f(0.7f, 0.16f, 0.14f),
-                                      Vector3f(0.14f, 0.7f, 0.16f), Vector3f(0.16f, 0.14f, 0.7f)})
-        if (simd::bits(isBehind(eight, weights)) != 0xff) return false;
+                                      Vector3f(0.14f, 0.7f, 0.16f), Vector3f(0.16f, 0.14f, 0.7f)}) {
+        const Int8 inside = isBehind(eight, weights);
+        for (int lane = 0; lane < 8; ++lane)
+          if (inside[lane] == 0) result[static_cast<size_t>(eight[lane])] = 0;
+      }
     }
-    return true;
+    return result;
   }
 
  private:
@@ -115,6 +118,56 @@ class Winding {
     for (const uint32_t t : triangles)
       for (uint32_t i = 0; i < 3; ++i) indices.push_back(scene.indices[3 * t + i]);
     return indices;
+  }
+
+  Int8 eightFrom(int first) const {
+    return simd::min(Int8{0, 1, 2, 3, 4, 5, 6, 7} + first,
+                     splat(static_cast<int>(triangles_.size()) - 1));
+  }
+
+  // Not of triangles through which the surface passes: it may wind otherwise around their parts.
+  std::vector<uint8_t> uncrossed() const {
+    std::vector<uint8_t> result(triangles_.size(), 1);
+    for (int first = 0; first < static_cast<int>(triangles_.size()); first += 8)
+      for (int edge = 0; edge < 3; ++edge) followEdges(eightFrom(first), edge, result);
+    return result;
+  }
+
+  void followEdges(Int8 triangles, int edge, std::vector<uint8_t>& uncrossed) const {
+    RayPacket rays;
+    for (int lane = 0; lane < 8; ++lane) {
+      const uint32_t t = triangles_[static_cast<size_t>(triangles[lane])];
+      put(rays.origin, lane, scene_.corner(t, edge));
+      put(rays.direction, lane, scene_.corner(t, (edge + 1) % 3) - scene_.corner(t, edge));
+    }
+    constexpr float kEnd = 1e-4f;  // of an edge; others begin there
+    Int8 active = splat(-1);
+    Float8 from = splat(kEnd);
+    for (int step = 0; step < kMostSteps && simd::bits(active) != 0; ++step) {
+      const PacketHits hits = bvh_.closest(rays, active, from, false);
+      active = hits.mask & (hits.t < 1 - kEnd);
+      for (int lane = 0; lane < 8; ++lane)
+        if (active[lane] != 0 && !holdsEdge(hits.triangle[lane], triangles[lane], edge))
+          uncrossed[static_cast<size_t>(hits.triangle[lane])] =
+              uncrossed[static_cast<size_t>(triangles[lane])] = 0;
+      from = hits.t * (1 + kStep) + 1e-5f;
+    }
+    for (int lane = 0; lane < 8; ++lane)
+      if (active[lane] != 0) uncrossed[static_cast<size_t>(triangles[lane])] = 0;
+  }
+
+  // Whether a triangle has an edge of another one.
+  bool holdsEdge(int triangle, int other, int edge) const {
+    const auto has = [&](const Vector3f& p) {
+      const uint32_t t = triangles_[static_cast<size_t>(triangle)];
+      return scene_.corner(t, 0) == p || scene_.corner(t, 1) == p || scene_.corner(t, 2) == p;
+    };
+    const uint32_t o = triangles_[static_cast<size_t>(other)];
+    return has(scene_.corner(o, edge)) && has(scene_.corner(o, (edge + 1) % 3));
+  }
+
+  static void put(simd::Vector8& to, int lane, const Vector3f& p) {
+    to.x[lane] = p.x(), to.y[lane] = p.y(), to.z[lane] = p.z();
   }
 
   // Mask. `weights` are those of the place in the triangles. A ray along an edge may be counted
@@ -130,9 +183,6 @@ class Winding {
   // do not run along the normals: many meshes have edges there.
   Int8 count(Int8 triangles, const Vector3f& weights, const Vector3f& aside) const {
     RayPacket rays;
-    const auto put = [](simd::Vector8& to, int lane, const Vector3f& p) {
-      to.x[lane] = p.x(), to.y[lane] = p.y(), to.z[lane] = p.z();
-    };
     Int8 flat = splat(0);
     for (int lane = 0; lane < 8; ++lane) {
       const uint32_t t = triangles_[static_cast<size_t>(triangles[lane])];
@@ -174,9 +224,11 @@ ClosedSurfaces findClosedSurfaces(const RenderScene& scene) {
   for (uint32_t k = 0; k < scene.triangles.size(); ++k)
     if (const int surface = surfaces.of_triangle[k]; surface != ClosedSurfaces::kOpen)
       triangles[static_cast<size_t>(surface)].push_back(k);
-  for (const std::vector<uint32_t>& surface : triangles)
-    if (!Winding(scene, surface).isBehindAll())
-      for (const uint32_t k : surface) surfaces.of_triangle[k] = ClosedSurfaces::kOpen;
+  for (const std::vector<uint32_t>& surface : triangles) {
+    const std::vector<uint8_t> behind = Winding(scene, surface).behind();
+    for (size_t k = 0; k < surface.size(); ++k)
+      if (behind[k] == 0) surfaces.of_triangle[surface[k]] = ClosedSurfaces::kOpen;
+  }
   return surfaces;
 }
 

@@ -19,9 +19,9 @@ struct ClosedSurfaces {
 
 // Triangles hang together by corners of one place in one instance. A surface is closed when each of
 // its edges is passed as often in one direction as in the other; then every place has a number of
-// times that the surface winds around it. Backs are hidden where that number is not 0 behind any
-// triangle, which is found by rays; a surface that turns its inside out somewhere counts as open.
-// Behind the corners there is a spare one.
+// times that the surface winds around it. The back of a triangle is hidden where that number is not
+// 0 behind all of it, which rays find; triangles through which their surface passes count as open,
+// and so do those where it is turned inside out. Behind the corners there is a spare one.
 ClosedSurfaces findClosedSurfaces(const RenderScene& scene);
 
 }  // namespace diorama
