@@ -19,6 +19,8 @@ constexpr double kReachPx = 8;   // of a corner from frame to frame, at each lev
 constexpr double kRayGapPx = 4;  // between two rays that meet in a point; poses are not exact yet
 constexpr double kWorstScale = 0.2;  // relative sigma of a baseline that is of any use
 constexpr int kCorners = 300;        // more than features, since some will be lost
+// Small images have few cells, and never more features: this share of them is enough.
+constexpr double kFewestOfCells = 0.25;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -71,18 +73,45 @@ void Initialisation::follow(const TrackedFrame& frame) {
   std::erase_if(corners_, [&](FollowedCorner& c) { return !followCorner(*frame.pyramid, c); });
 }
 
+int Initialisation::fewestPoints() const {
+  const CellGrid grid(camera_.width(), camera_.height(), options_.cell_px);
+  return std::min(options_.start_min_points,
+                  static_cast<int>(kFewestOfCells * static_cast<double>(grid.size())));
+}
+
 std::string Initialisation::hopeless() const {
-  if (static_cast<int>(corners_.size()) < options_.start_min_points)
+  if (static_cast<int>(corners_.size()) < fewestPoints())
     return frames_ == 0 ? "the image has hardly a corner"
                         : "most corners of the first keyframe are lost";
   if (frames_ >= options_.start_window_frames) return "the camera has hardly moved sideways";
   return "";
 }
 
-double Initialisation::medianDisparity() const {
+double Initialisation::medianDisparity(const Eigen::Quaterniond& R_second_first) const {
   std::vector<double> lengths;
-  for (const FollowedCorner& c : corners_) lengths.push_back((c.u_px - c.u_first_px).norm());
+  for (const FollowedCorner& c : corners_)
+    if (const auto turned = camera_.project(R_second_first * c.bearing_first))
+      lengths.push_back((c.u_px - *turned).norm());
   return lengths.empty() ? 0 : median(std::move(lengths));
+}
+
+// A camera that turns against its motion keeps what it looks at in place: objects that say how it
+// turned show the parallax that is left.
+bool Initialisation::hasParallax(std::span<const ObjectMeasurement> objects) const {
+  if (medianDisparity(Eigen::Quaterniond::Identity()) >= options_.start_disparity_px) return true;
+  for (const SE3& motion : motionsOfObjects(objects))
+    if (medianDisparity(motion.rotation.conjugate()) >= options_.start_disparity_px) return true;
+  return false;
+}
+
+std::vector<SE3> Initialisation::motionsOfObjects(
+    std::span<const ObjectMeasurement> objects) const {
+  std::vector<SE3> motions;
+  for (const ObjectMeasurement& now : objects)
+    for (const ObjectMeasurement& then : objects_)
+      if (now.object == then.object && isUsable(now) && isUsable(then))
+        motions.push_back(then.T_camera_object * now.T_camera_object.inverse());
+  return motions;
 }
 
 // Corners whose rays meet in front of both cameras.
@@ -104,13 +133,12 @@ int Initialisation::countPoints(const SE3& T_first_second) const {
 std::optional<SE3> Initialisation::metricMotion(std::span<const ObjectMeasurement> objects,
                                                 const std::optional<SE3>& from_corners,
                                                 std::string& source) const {
-  std::vector<SE3> motions;
+  std::vector<SE3> motions = motionsOfObjects(objects);
   double length = 0, weights = 0;
   for (const ObjectMeasurement& now : objects)
     for (const ObjectMeasurement& then : objects_) {
       if (now.object != then.object || !isUsable(now) || !isUsable(then)) continue;
       source += (source.empty() ? "" : ", ") + now.object;
-      motions.push_back(then.T_camera_object * now.T_camera_object.inverse());
       if (!from_corners) continue;
       const double weight =
           1 /
@@ -142,7 +170,7 @@ std::optional<SE3> Initialisation::motionFromCorners() const {
     first.emplace_back(c.bearing_first.x(), c.bearing_first.y());
     second.emplace_back(bearing->x(), bearing->y());
   }
-  if (static_cast<int>(first.size()) < options_.start_min_points) return std::nullopt;
+  if (static_cast<int>(first.size()) < fewestPoints()) return std::nullopt;
   const double focal = 0.5 * (camera_.fx() + camera_.fy());
   cv::Mat inliers;
   const cv::Mat E = cv::findEssentialMat(first, second, 1.0, cv::Point2d(0, 0), cv::RANSAC, 0.999,
@@ -150,7 +178,7 @@ std::optional<SE3> Initialisation::motionFromCorners() const {
   if (E.rows != 3 || E.cols != 3) return std::nullopt;
   cv::Mat R, t;
   const int good = cv::recoverPose(E, first, second, R, t, 1.0, cv::Point2d(0, 0), inliers);
-  if (good < options_.start_min_points) return std::nullopt;
+  if (good < fewestPoints()) return std::nullopt;
   Eigen::Matrix4d T_second_first = Eigen::Matrix4d::Identity();
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) T_second_first(i, j) = R.at<double>(i, j);
@@ -195,7 +223,7 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
                                       bool without_scale, Map& map) const {
   StartAttempt attempt;
   if (!hopeless().empty() || frames_ == 0) return attempt;
-  if (medianDisparity() < options_.start_disparity_px) return attempt;
+  if (!hasParallax(objects)) return attempt;
   std::string source;
   const std::optional<SE3> from_corners = motionFromCorners();
   std::optional<SE3> motion = metricMotion(objects, from_corners, source);
@@ -213,7 +241,7 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
     attempt.reason = reason;
     return attempt;
   };
-  if (static_cast<int>(b.features.size()) < options_.start_min_points)
+  if (static_cast<int>(b.features.size()) < fewestPoints())
     return fail("too few corners agree with the camera's motion");
   if (b.T_world_camera.translation.norm() < options_.start_baseline_rad * depthRange(b).median_m)
     return fail("the camera has hardly moved sideways");
@@ -226,12 +254,12 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
   map.removeBadPoints();
   // Measured again by patches warped with the better poses.
   for (const auto& point : map.points) point->observations.resize(1);
-  reprojectMap(camera_, map, b, options_);
+  measureAll(camera_, map, b, options_);
   for (const Feature& feature : b.features) feature.point->observations.push_back({feature, &b});
   adjustBundle(camera_, map, {2, kIterations, attempt.metric}, options_);
   map.removeBadPoints();
   attempt.points = static_cast<int>(b.features.size());
-  if (attempt.points < options_.start_min_points) return fail("too few points are seen twice");
+  if (attempt.points < fewestPoints()) return fail("too few points are seen twice");
   if (attempt.metric && scaleSigma(map) > kWorstScale)
     return fail("the objects do not tell the baseline well enough");
   attempt.started = true;

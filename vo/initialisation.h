@@ -50,7 +50,10 @@ class Initialisation {
 
  private:
   bool followCorner(const ImagePyramid& pyramid, FollowedCorner& corner) const;
-  double medianDisparity() const;
+  double medianDisparity(const Eigen::Quaterniond& R_second_first) const;
+  int fewestPoints() const;
+  bool hasParallax(std::span<const ObjectMeasurement> objects) const;
+  std::vector<SE3> motionsOfObjects(std::span<const ObjectMeasurement> objects) const;
   int countPoints(const SE3& T_first_second) const;
   std::optional<SE3> motionFromCorners() const;
   std::optional<SE3> metricMotion(std::span<const ObjectMeasurement> objects,

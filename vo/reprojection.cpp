@@ -165,4 +165,16 @@ ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFra
   return result;
 }
 
+void measureAll(const Camera& camera, const Map& map, TrackedFrame& frame,
+                const VoOptions& options) {
+  frame.features.clear();
+  const SE3 T_camera_world = frame.T_world_camera.inverse();
+  for (const auto& point : map.points) {
+    const auto u = camera.project(T_camera_world * point->p_world);
+    if (point->bad || !point->settled || !u || !camera.contains(*u, kBorder)) continue;
+    if (auto feature = find(camera, frame, {point.get(), *u, 0}, options))
+      frame.features.push_back(*feature);
+  }
+}
+
 }  // namespace diorama::vo

@@ -19,6 +19,10 @@ struct ReprojectionResult {
 ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFrame& frame,
                                 const VoOptions& options);
 
+// The same with every settled point that is found, however many there are in a cell.
+void measureAll(const Camera& camera, const Map& map, TrackedFrame& frame,
+                const VoOptions& options);
+
 // The observation whose patch serves as the reference for a view of the point from `camera_world`:
 // the host's within host_view_angle_rad, else the nearest in angle; nothing beyond
 // max_view_angle_rad.

@@ -30,7 +30,7 @@ struct VoOptions {
   double start_baseline_rad = 0.08;  // ... and their baseline over the median depth
   int start_window_frames = 45;      // after so many frames the first keyframe is taken anew
   int start_wait_frames = 30;        // for an object, before a start without scale
-  int start_min_points = 40;         // triangulated, or the start has failed
+  int start_min_points = 40;         // triangulated, or the start has failed; a quarter of the cells does
 
   // Sparse image alignment, last frame to new frame.
   int align_coarse_level = 4;
