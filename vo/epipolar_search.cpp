@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "vo/exposure.h"
 #include "vo/feature_alignment.h"
 #include "vo/reprojection.h"
 
@@ -106,8 +107,11 @@ EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
                              const VoOptions& options) {
   const SE3 T_frame_host = frame.T_world_camera.inverse() * corner.host->T_world_camera;
   const double middle = 0.5 * (low + high);
-  const auto patch = warpPatch(camera, *corner.host->pyramid, corner.u_px, corner.level,
-                               corner.bearing / middle, T_frame_host, frame.pyramid->levels());
+  const Vector3d p_host = corner.bearing / middle;
+  const auto patch =
+      warpPatch(camera, *corner.host->pyramid, corner.u_px, corner.level, p_host, T_frame_host,
+                frame.pyramid->levels(),
+                smearOf(camera, frame, *corner.host, corner.host->T_world_camera * p_host));
   if (!patch) return {};
   const Vector3d ray = T_frame_host.rotation * corner.bearing;
   const auto projectAt = [&](double part) -> std::optional<Vector2d> {

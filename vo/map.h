@@ -57,6 +57,8 @@ struct TrackedFrame {
   // Pyramid levels that the motion during the exposure may have blurred: fast motion, at least.
   int blurred_levels = 0;
   bool isFast() const { return blurred_levels >= 3; }  // little of the map is found for this alone
+  SE3 T_before_now;           // motion since the frame before, as far as it is known
+  double exposure_share = 0;  // the shutter is open for so much of the time between frames
   SE3 T_world_camera;
   std::vector<Feature> features;
   HiddenRegions hidden;  // nothing new is looked for there

@@ -1,5 +1,8 @@
 #include "vo/mapping.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "vo/bundle_adjustment.h"
 #include "vo/keyframe_policy.h"
 
@@ -32,6 +35,15 @@ MapUpdate Mapping::update(TrackedFrame& frame, double acceleration,
   return addKeyframe(frame, acceleration, objects);
 }
 
+// A fast turn makes a keyframe of every frame: a window of a few would forget where it came from.
+int Mapping::recentKeyframes() const {
+  const int64_t since =
+      map_.keyframes.back()->timestamp_ns - std::llround(1e9 * options_.bundle_time_s);
+  return static_cast<int>(
+      std::count_if(map_.keyframes.begin(), map_.keyframes.end(),
+                    [&](const auto& keyframe) { return keyframe->timestamp_ns >= since; }));
+}
+
 void Mapping::makeRoom(TrackedFrame& frame) {
   if (static_cast<int>(map_.keyframes.size()) < options_.max_keyframes) return;
   Keyframe* gone = farthestKeyframe(map_, frame, options_.bundle_window);
@@ -54,7 +66,7 @@ MapUpdate Mapping::addKeyframe(TrackedFrame& frame, double acceleration,
   // While objects tell the scale, every keyframe since the start moves with it.
   const int window = scale_.begun() && wantsObjects(frame.timestamp_ns)
                          ? static_cast<int>(map_.keyframes.size())
-                         : options_.bundle_window;
+                         : std::max(options_.bundle_window, recentKeyframes());
   if (options_.bundle_window > 0)
     adjustBundle(camera_, map_, {window, options_.bundle_iterations, scale_.begun(), acceleration},
                  options_);

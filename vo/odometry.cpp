@@ -18,6 +18,7 @@
 
 #include <algorithm>
 
+#include "vo/exposure.h"
 #include "vo/initialisation.h"
 #include "vo/mapping.h"
 #include "vo/motion_model.h"
@@ -64,7 +65,8 @@ class VisualOdometry::Implementation {
         source_(std::move(source_name)),
         initialisation_(camera_, options_),
         quality_(options_),
-        mapping_(camera_, options_) {}
+        mapping_(camera_, options_),
+        exposure_(options_) {}
 
   std::optional<OdometryMeasurement> track(const Frame& frame);
   void update(std::span<const ObjectMeasurement> objects);
@@ -97,6 +99,7 @@ class VisualOdometry::Implementation {
   Initialisation initialisation_;
   TrackingQuality quality_;
   Mapping mapping_;
+  ExposureLearning exposure_;
 
   State state_ = State::kStarting;
   TrackedFrame now_;         // the frame just tracked; when lost, its image alone counts
@@ -157,6 +160,8 @@ Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame, const SE3
   frame.T_world_camera =
       last_.T_world_camera * (aligned ? aligned->T_current_reference.inverse() : T_last_now);
   frame.blurred_levels = blurredLevels(camera_, last_, frame);
+  frame.exposure_share = exposure_.share();
+  frame.T_before_now = last_.T_world_camera.inverse() * frame.T_world_camera;
   const ReprojectionResult reprojected = reprojectMap(camera_, map(), frame, options_);
   const PoseRefinement refined =
       refinePose(camera_, frame, options_, motion_.predict(frame.timestamp_ns));
@@ -184,6 +189,7 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   m.covariance += correction * correction.transpose();
   if (!mapping_.isMetric()) m.covariance += covarianceOfUnknownScale(m.T_from_to);
   m.health = health_ = assessment.health;
+  if (!recovered) exposure_.learn(camera_, frame);
   judgePoints(frame, assessment.failed);
   frame.hidden = HiddenRegions(camera_, frame, assessment.failed);
   if (recovered) note("relocalised", lost_frames_, "found again in the map");

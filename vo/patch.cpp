@@ -13,9 +13,13 @@ constexpr int kHalf = Patch::kBordered / 2;  // offsets -5 .. 4
 constexpr double kSmallestArea = 0.05, kLargestArea = 60;
 constexpr double kCoarserAbove = 3;  // (SVO)
 
-bool fits(const Image<uint8_t>& image, const Vector2d& centre, const Matrix2d& A) {
-  const double reach_x = kHalf * (std::abs(A(0, 0)) + std::abs(A(0, 1)));
-  const double reach_y = kHalf * (std::abs(A(1, 0)) + std::abs(A(1, 1)));
+// Smeared along `smear`, in pixels of the image.
+bool fits(const Image<uint8_t>& image, const Vector2d& centre, const Matrix2d& A,
+          const Vector2d& smear = Vector2d::Zero()) {
+  const double reach_x =
+      kHalf * (std::abs(A(0, 0)) + std::abs(A(0, 1))) + 0.5 * std::abs(smear.x());
+  const double reach_y =
+      kHalf * (std::abs(A(1, 0)) + std::abs(A(1, 1))) + 0.5 * std::abs(smear.y());
   return centre.x() - reach_x >= 0 && centre.y() - reach_y >= 0 &&
          centre.x() + reach_x < image.width - 1 && centre.y() + reach_y < image.height - 1;
 }
@@ -33,6 +37,19 @@ Patch sampleAffine(const Image<uint8_t>& image, const Vector2d& centre, const Ma
                                          c.y() + a(1, 0) * dx + a(1, 1) * dy);
     }
   return patch;
+}
+
+// The mean of the patches that are passed over.
+Patch sampleSmeared(const Image<uint8_t>& image, const Vector2d& centre, const Matrix2d& A,
+                    const Vector2d& smear, int samples) {
+  Patch sum = sampleAffine(image, centre - 0.5 * (samples - 1) / samples * smear, A);
+  for (int k = 1; k < samples; ++k) {
+    const double part = (k + 0.5) / samples - 0.5;
+    const Patch one = sampleAffine(image, centre + part * smear, A);
+    for (size_t i = 0; i < sum.bordered.size(); ++i) sum.bordered[i] += one.bordered[i];
+  }
+  for (float& value : sum.bordered) value /= static_cast<float>(samples);
+  return sum;
 }
 
 }  // namespace
@@ -54,7 +71,7 @@ std::optional<Patch> cutPatch(const ImagePyramid& pyramid, const Vector2d& u_px,
 
 std::optional<Patch> warpPatch(const Camera& camera, const ImagePyramid& reference,
                                const Vector2d& u_px, int level, const Vector3d& p_reference,
-                               const SE3& T_other_reference, int levels) {
+                               const SE3& T_other_reference, int levels, const Vector2d& smear_px) {
   const auto here = camera.projectWithJacobian(p_reference);
   const auto there = camera.projectWithJacobian(T_other_reference * p_reference);
   if (!here || !there) return std::nullopt;
@@ -70,8 +87,11 @@ std::optional<Patch> warpPatch(const Camera& camera, const ImagePyramid& referen
   const Matrix2d back = A.inverse() * (levelScale(level) / levelScale(found_level));
   const Vector2d centre = toLevel(u_px, level);
   const Image<uint8_t>& image = reference.level(level);
-  if (!back.allFinite() || !fits(image, centre, back)) return std::nullopt;
-  Patch patch = sampleAffine(image, centre, back);
+  const Vector2d smear_found = smear_px * levelScale(found_level), smear = back * smear_found;
+  if (!back.allFinite() || !fits(image, centre, back, smear)) return std::nullopt;
+  const int samples = static_cast<int>(std::ceil(std::min(smear_found.norm(), 15.0)));
+  Patch patch = samples < 2 ? sampleAffine(image, centre, back)
+                            : sampleSmeared(image, centre, back, smear, samples);
   patch.level = found_level;
   return patch;
 }

@@ -28,9 +28,11 @@ std::optional<Patch> cutPatch(const ImagePyramid& pyramid, const Vector2d& u_px,
 // The patch around u_px, at p_reference in space, warped affinely as the other camera sees it; the
 // surface is taken as parallel to the reference's image plane. Nothing when it would be warped too
 // much or leaves the reference's image. The level in the other pyramid (of so many levels) keeps
-// the resolution.
+// the resolution. The patch is blurred along smear_px, which is how far the point moves in the
+// other image while the shutter is open.
 std::optional<Patch> warpPatch(const Camera& camera, const ImagePyramid& reference,
                                const Vector2d& u_px, int level, const Vector3d& p_reference,
-                               const SE3& T_other_reference, int levels);
+                               const SE3& T_other_reference, int levels,
+                               const Vector2d& smear_px = Vector2d::Zero());
 
 }  // namespace diorama::vo

@@ -4,6 +4,7 @@
 #include <array>
 #include <numeric>
 
+#include "vo/exposure.h"
 #include "vo/feature_alignment.h"
 
 namespace diorama::vo {
@@ -11,6 +12,10 @@ namespace {
 
 constexpr double kBorder = 8;      // px: a patch does not fit nearer to the outline
 constexpr int kTrialsPerCell = 3;  // points searched for before the cell is given up
+
+// With less of the cells found something stands before the map; of fewer cells it is not known.
+constexpr double kOpenShare = 0.6;
+constexpr int kFewestTried = 20;
 
 struct Candidate {
   MapPoint* point = nullptr;
@@ -63,20 +68,29 @@ std::vector<size_t> spreadOrder(size_t cells) {
   return order;
 }
 
+std::optional<AlignedPatch> align(const Camera& camera, const TrackedFrame& frame,
+                                  const Candidate& candidate, const Observation& reference,
+                                  int level, int& found_level, const VoOptions& options) {
+  const Keyframe& keyframe = *reference.keyframe;
+  const auto patch =
+      warpPatch(camera, *keyframe.pyramid, reference.u_px, level,
+                keyframe.T_world_camera.inverse() * candidate.point->p_world,
+                frame.T_world_camera.inverse() * keyframe.T_world_camera, frame.pyramid->levels(),
+                smearOf(camera, frame, keyframe, candidate.point->p_world));
+  if (!patch) return std::nullopt;
+  found_level = patch->level;
+  return alignFeature(frame.pyramid->level(patch->level), *patch,
+                      toLevel(candidate.u_px, patch->level), options.match_radius_px,
+                      options.match_gain);
+}
+
 std::optional<Feature> findAt(const Camera& camera, const TrackedFrame& frame,
                               const Candidate& candidate, const Observation& reference, int level,
                               const VoOptions& options) {
-  const SE3 T_reference_world = reference.keyframe->T_world_camera.inverse();
-  const auto patch = warpPatch(camera, *reference.keyframe->pyramid, reference.u_px, level,
-                               T_reference_world * candidate.point->p_world,
-                               frame.T_world_camera.inverse() * reference.keyframe->T_world_camera,
-                               frame.pyramid->levels());
-  if (!patch) return std::nullopt;
-  const auto found = alignFeature(frame.pyramid->level(patch->level), *patch,
-                                  toLevel(candidate.u_px, patch->level), options.match_radius_px,
-                                  options.match_gain);
+  int found_level = 0;
+  const auto found = align(camera, frame, candidate, reference, level, found_level, options);
   if (!found || found->rms > largestPatchRms(frame.noise, options)) return std::nullopt;
-  return Feature{measuredBy(*found, patch->level, options), candidate.point};
+  return Feature{measuredBy(*found, found_level, options), candidate.point};
 }
 
 // At the level where it was seen, or, if motion has blurred one of the two images, a coarser one.
@@ -96,13 +110,13 @@ std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
 
 // In cells that are free yet. That others are not found says little, since they are searched for at
 // a depth that may be wrong.
-void addUnsettled(const Camera& camera, const Map& map, const CellGrid& grid, TrackedFrame& frame,
-                  const VoOptions& options) {
+void addUnsettled(const Camera& camera, const Map& map, const CellGrid& grid, int limit,
+                  TrackedFrame& frame, const VoOptions& options) {
   std::vector<uint8_t> occupied(grid.size(), 0);
   for (const Feature& feature : frame.features) occupied[grid.cellOf(feature.u_px)] = 1;
   const auto cells = fillCells(camera, map, frame.T_world_camera, grid, false);
   for (const size_t cell : spreadOrder(cells.size())) {
-    if (static_cast<int>(frame.features.size()) >= options.unsettled_below) break;
+    if (static_cast<int>(frame.features.size()) >= limit) break;
     if (occupied[cell] || cells[cell].count == 0) continue;
     if (auto feature = find(camera, frame, cells[cell].best.front(), options))
       frame.features.push_back(*feature);
@@ -159,10 +173,24 @@ ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFra
       result.missed.push_back(candidate.point);
     }
   }
-  if (static_cast<int>(frame.features.size()) < options.unsettled_below)
-    addUnsettled(camera, map, grid, frame, options);
+  const int found = static_cast<int>(frame.features.size());
+  const bool covered = result.tried >= kFewestTried && found < kOpenShare * result.tried;
+  const int limit = covered ? options.unsettled_below : options.unsettled_open;
+  if (found < limit) addUnsettled(camera, map, grid, limit, frame, options);
   result.matched = static_cast<int>(frame.features.size());
   return result;
+}
+
+std::optional<double> patchDifference(const Camera& camera, const TrackedFrame& frame,
+                                      const Feature& feature, const VoOptions& options) {
+  const Observation* reference =
+      chooseReference(*feature.point, frame.T_world_camera.translation, options);
+  if (!reference) return std::nullopt;
+  int found_level = 0;
+  const auto found = align(camera, frame, {feature.point, feature.u_px, 0}, *reference,
+                           reference->level, found_level, options);
+  if (!found) return std::nullopt;
+  return found->rms;
 }
 
 void measureAll(const Camera& camera, const Map& map, TrackedFrame& frame,

@@ -23,6 +23,10 @@ ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFra
 void measureAll(const Camera& camera, const Map& map, TrackedFrame& frame,
                 const VoOptions& options);
 
+// Grey levels by which a feature's patch differs from the frame, where it is most alike.
+std::optional<double> patchDifference(const Camera& camera, const TrackedFrame& frame,
+                                      const Feature& feature, const VoOptions& options);
+
 // The observation whose patch serves as the reference for a view of the point from `camera_world`:
 // the host's within host_view_angle_rad, else the nearest in angle; nothing beyond
 // max_view_angle_rad.

@@ -16,6 +16,7 @@ struct VoOptions {
   // Where fewer points are found, corners whose depth is not certain yet help (SVO 2): they hold
   // the rotation when the camera turns to what it has not seen.
   int unsettled_below = 60;
+  int unsettled_open = 150;  // ... unless known points are hidden: what hides them may move
   // The weakest corner: smallest eigenvalue of the mean structure tensor, (grey levels / px)^2,
   // above what the measured noise explains. Small, for clean synthetic images have weak corners
   // too.
@@ -30,7 +31,7 @@ struct VoOptions {
   double start_baseline_rad = 0.08;  // ... and their baseline over the median depth
   int start_window_frames = 45;      // after so many frames the first keyframe is taken anew
   int start_wait_frames = 30;        // for an object, before a start without scale
-  int start_min_points = 40;         // triangulated, or the start has failed; a quarter of the cells does
+  int start_min_points = 40;         // triangulated, or the start has failed (small images: fewer)
 
   // Sparse image alignment, last frame to new frame.
   int align_coarse_level = 4;
@@ -75,7 +76,8 @@ struct VoOptions {
   double max_epipolar_px = 140;  // longest search, at its level
 
   // Local bundle adjustment.
-  int bundle_window = 8;  // newest keyframes; 0: none (SVO)
+  int bundle_window = 8;     // newest keyframes; 0: none (SVO)
+  double bundle_time_s = 1;  // ... and all of the last second, when there are more
   int bundle_iterations = 6;
   double bundle_huber = 2;            // standard deviations
   int bundle_fixed_observations = 6;  // older ones per point, from keyframes that stay
@@ -95,6 +97,7 @@ struct VoOptions {
     v("max_features", max_features, Range{8, 10000});
     v("min_features", min_features, Range{6, 10000});
     v("unsettled_below", unsettled_below, Range{0, 10000});
+    v("unsettled_open", unsettled_open, Range{0, 10000});
     v("min_corner_score", min_corner_score, kNotNegative);
     v("corner_noise_factor", corner_noise_factor, kNotNegative);
     v("min_corner_ratio", min_corner_ratio, kFraction);
@@ -132,6 +135,7 @@ struct VoOptions {
     v("max_seed_age", max_seed_age, Range{1, 100000});
     v("max_epipolar_px", max_epipolar_px, kPositive);
     v("bundle_window", bundle_window, Range{0, 1000});
+    v("bundle_time_s", bundle_time_s, kNotNegative);
     v("bundle_iterations", bundle_iterations, Range{1, 1000});
     v("bundle_huber", bundle_huber, kPositive);
     v("bundle_fixed_observations", bundle_fixed_observations, Range{0, 1000});

@@ -159,7 +159,8 @@ TEST(VisualOdometry, WithoutObjectsTheScaleIsUnknownAndItSaysSo) {
   const auto next = [&] { return room().draw(TexturedRoom::path(k), k); };
   for (; driver.count("reinitialised") == 0 && k < 200; ++k) driver.feed(next());
   ASSERT_EQ(driver.count("reinitialised"), 1);
-  driver.feed(next());
+  // Its first steps carry the map's correction, too.
+  for (const int end = k + 5; k < end; ++k) driver.feed(next());
   EXPECT_LT(driver.lengthSigma(), 0.5);
 }
 

@@ -1,0 +1,62 @@
+#include "vo/exposure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "vo/reprojection.h"
+
+namespace diorama::vo {
+namespace {
+
+constexpr double kFastPx = 16;  // from frame to frame: a step of the share is a pixel
+constexpr int kFeaturesPerFrame = 20;
+constexpr int kFeaturesPerStep = 120;
+
+Vector2d motionOf(const Camera& camera, const TrackedFrame& frame, const Vector3d& p_camera) {
+  const auto now = camera.project(p_camera), before = camera.project(frame.T_before_now * p_camera);
+  return now && before ? Vector2d(*now - *before) : Vector2d::Zero();
+}
+
+}  // namespace
+
+Vector2d smearOf(const Camera& camera, const TrackedFrame& frame, const Vector3d& p_camera) {
+  return frame.exposure_share * motionOf(camera, frame, p_camera);
+}
+
+// Widths of blurs add up as squares.
+Vector2d smearOf(const Camera& camera, const TrackedFrame& frame, const TrackedFrame& reference,
+                 const Vector3d& p_world) {
+  const Vector2d smear = smearOf(camera, frame, frame.T_world_camera.inverse() * p_world);
+  const double had =
+      smearOf(camera, reference, reference.T_world_camera.inverse() * p_world).squaredNorm();
+  const double has = smear.squaredNorm();
+  return has > had ? Vector2d(std::sqrt(1 - had / has) * smear) : Vector2d::Zero();
+}
+
+void ExposureLearning::learn(const Camera& camera, const TrackedFrame& frame) {
+  TrackedFrame shorter = frame, same = frame, longer = frame;
+  shorter.exposure_share = std::max(0.0, share_ - kStep);
+  same.exposure_share = share_;
+  longer.exposure_share = std::min(1.0, share_ + kStep);
+  const SE3 T_camera_world = frame.T_world_camera.inverse();
+  int tried = 0;
+  for (const Feature& feature : frame.features) {
+    if (tried == kFeaturesPerFrame) break;
+    if (motionOf(camera, frame, T_camera_world * feature.point->p_world).norm() < kFastPx) continue;
+    ++tried;
+    const auto a = patchDifference(camera, shorter, feature, options_);
+    const auto b = patchDifference(camera, same, feature, options_);
+    const auto c = patchDifference(camera, longer, feature, options_);
+    if (!a || !b || !c) continue;
+    shorter_ += *a, same_ += *b, longer_ += *c;
+    ++count_;
+  }
+  if (count_ < kFeaturesPerStep) return;
+  if (shorter_ < std::min(same_, longer_)) share_ = shorter.exposure_share;
+  if (longer_ < std::min(same_, shorter_)) share_ = longer.exposure_share;
+  shorter_ = same_ = longer_ = 0;
+  count_ = 0;
+}
+
+}  // namespace diorama::vo
