@@ -1,5 +1,6 @@
 #include "vo/corners.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -25,7 +26,8 @@ struct TensorRow {
 // smoothing, which are no corners.
 void multiplyGradients(const Image<uint8_t>& image, int y, TensorRow& out) {
   const uint8_t *above = image.row(y - 1), *at = image.row(y), *below = image.row(y + 1);
-  int *xx = out.xx.data(), *yy = out.yy.data(), *xy = out.xy.data();
+  // Not one of them overlaps with another: the loop is done in vectors.
+  int* __restrict xx = out.xx.data(), * __restrict yy = out.yy.data(), * __restrict xy = out.xy.data();
   for (int x = 1; x + 1 < image.width; ++x) {
     const int left = above[x - 1] + 2 * at[x - 1] + below[x - 1];
     const int right = above[x + 1] + 2 * at[x + 1] + below[x + 1];
@@ -55,16 +57,16 @@ void replace(const std::vector<int>& entering, std::vector<int>& leaving, std::v
 
 // 0 where the largest eigenvalue is too much larger.
 void smallestEigenvalues(const TensorRow& tensors, float least_ratio, float* scores) {
-  const int *xx = tensors.xx.data(), *yy = tensors.yy.data(), *xy = tensors.xy.data();
   constexpr float kScale = 0.5f / (4 * kWindow * kWindow) * kUnit * kUnit;
-  const int end = static_cast<int>(tensors.xx.size()) - kMargin;
-  for (int x = kMargin; x < end; ++x) {
-    const auto sum = static_cast<float>(xx[x] + yy[x]);
-    const auto difference = static_cast<float>(xx[x] - yy[x]);
-    const auto mixed = static_cast<float>(2 * xy[x]);
-    const float apart = std::sqrt(difference * difference + mixed * mixed);
-    scores[x] = sum - apart >= least_ratio * (sum + apart) ? kScale * (sum - apart) : 0;
-  }
+  using Row = Eigen::ArrayXf;
+  const Eigen::Index n = static_cast<Eigen::Index>(tensors.xx.size()) - 2 * kMargin;
+  const auto valuesOf = [&](const std::vector<int>& values) {
+    return Eigen::Map<const Eigen::ArrayXi>(values.data() + kMargin, n).cast<float>();
+  };
+  const Row xx = valuesOf(tensors.xx), yy = valuesOf(tensors.yy), xy = valuesOf(tensors.xy);
+  const Row sum = xx + yy, apart = ((xx - yy).square() + 4 * xy.square()).sqrt();
+  Eigen::Map<Row>(scores + kMargin, n) =
+      (sum - apart >= least_ratio * (sum + apart)).select(kScale * (sum - apart), 0.f);
 }
 
 // Smallest eigenvalue of the structure tensor, averaged over 8 x 8 pixels, for every pixel.
@@ -111,15 +113,17 @@ std::vector<Corner> detectCorners(const ImagePyramid& pyramid, double noise, con
     const double noise_score = 3.0 / 16 * noise * noise / (1 << (2 * l));
     const float threshold =
         static_cast<float>(options.min_corner_score + options.corner_noise_factor * noise_score);
-    for (int y = kMargin; y < scores.height - kMargin; ++y)
+    for (int y = kMargin; y < scores.height - kMargin; ++y) {
+      const float* row = scores.row(y);
       for (int x = kMargin; x < scores.width - kMargin; ++x) {
-        const float score = scores(x, y);
-        if (score < threshold) continue;
+        const float score = row[x];
+        if (score < threshold || score < row[x - 1] || score < row[x + 1]) continue;
         const Vector2d u_px = fromLevel(Vector2d(x, y), l);
         const size_t cell = grid.cellOf(u_px);
         if (occupied[cell] || score * penalty <= best[cell].score) continue;
         if (isLocalMaximum(scores, x, y)) best[cell] = {u_px, l, score * penalty};
       }
+    }
   }
   std::erase_if(best, [](const Corner& c) { return c.score <= 0; });
   std::stable_sort(best.begin(), best.end(),
