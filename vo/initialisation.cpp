@@ -19,6 +19,9 @@ constexpr double kReachPx = 8;   // of a corner from frame to frame, at each lev
 constexpr double kRayGapPx = 4;  // between two rays that meet in a point; poses are not exact yet
 constexpr double kWorstScale = 0.2;  // relative sigma of a baseline that is of any use
 constexpr int kCorners = 300;        // more than features, since some will be lost
+// Of the followed corners, in the first points: an object that moves itself takes its own along.
+constexpr double kFewestAgree = 0.6;
+constexpr double kSmallestMotion = 0.25;  // of the disparity that starts: less is none
 // Small images have few cells, and never more features: this share of them is enough.
 constexpr double kFewestOfCells = 0.25;
 
@@ -96,9 +99,12 @@ double Initialisation::medianDisparity(const Eigen::Quaterniond& R_second_first)
 }
 
 // A camera that turns against its motion keeps what it looks at in place: objects that say how it
-// turned show the parallax that is left.
+// turned show the parallax that is left. But where nothing moves in the image, it is the object
+// that does.
 bool Initialisation::hasParallax(std::span<const ObjectMeasurement> objects) const {
-  if (medianDisparity(Eigen::Quaterniond::Identity()) >= options_.start_disparity_px) return true;
+  const double seen_px = medianDisparity(Eigen::Quaterniond::Identity());
+  if (seen_px >= options_.start_disparity_px) return true;
+  if (seen_px < kSmallestMotion * options_.start_disparity_px) return false;
   for (const SE3& motion : motionsOfObjects(objects))
     if (medianDisparity(motion.rotation.conjugate()) >= options_.start_disparity_px) return true;
   return false;
@@ -260,6 +266,8 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
   map.removeBadPoints();
   attempt.points = static_cast<int>(b.features.size());
   if (attempt.points < fewestPoints()) return fail("too few points are seen twice");
+  if (attempt.points < kFewestAgree * static_cast<double>(corners_.size()))
+    return fail("many corners do not move as the camera's motion says; does the object move?");
   if (attempt.metric && scaleSigma(map) > kWorstScale)
     return fail("the objects do not tell the baseline well enough");
   attempt.started = true;
