@@ -35,6 +35,7 @@ Vector2d smearOf(const Camera& camera, const TrackedFrame& frame, const TrackedF
 }
 
 void ExposureLearning::learn(const Camera& camera, const TrackedFrame& frame) {
+  if (!options_.blur_patches) return;
   TrackedFrame shorter = frame, same = frame, longer = frame;
   shorter.exposure_share = std::max(0.0, share_ - kStep);
   same.exposure_share = share_;

@@ -20,7 +20,7 @@ class ExposureLearning {
   explicit ExposureLearning(const VoOptions& options) : options_(options) {}
 
   // Of the time from frame to frame.
-  double share() const { return share_; }
+  double share() const { return options_.blur_patches ? share_ : 0; }
   // From the features of an accepted frame that move fast enough to tell.
   void learn(const Camera& camera, const TrackedFrame& frame);
 

@@ -43,6 +43,7 @@ struct VoOptions {
   // Feature alignment.
   double match_radius_px = 5;         // largest correction of a predicted position, at its level
   bool match_gain = true;             // gain of brightness, beside the offset
+  bool blur_patches = true;           // as the moving image is (SVO does not)
   double host_view_angle_rad = 0.44;  // up to this the patch of the point's first keyframe is used
   double max_view_angle_rad = 1.05;   // (SVO) beyond it no patch is used
   double patch_rms_floor = 6;         // grey levels; a patch may differ by this ...
@@ -113,6 +114,7 @@ struct VoOptions {
     v("align_robust", align_robust);
     v("match_radius_px", match_radius_px, kPositive);
     v("match_gain", match_gain);
+    v("blur_patches", blur_patches);
     v("host_view_angle_rad", host_view_angle_rad, Range{0, 1.6});
     v("max_view_angle_rad", max_view_angle_rad, Range{0, 1.6});
     v("patch_rms_floor", patch_rms_floor, kPositive);
