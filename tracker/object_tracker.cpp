@@ -49,7 +49,7 @@ class EdgeTracker::Implementation {
   std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
-  bool isCertain(const Estimate& estimate) const;
+  bool isCertain(const Matrix6d& covariance) const;
   Estimate follow(const Frame& frame);
   Estimate startAt(const SE3& start, uint32_t frame_index);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
@@ -125,7 +125,9 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   image_.build(frame.gray);
   const bool held = state_ == State::kTracking || state_ == State::kDoubtful;
   const bool verified = start && start->verified;
-  refiner_.setImage(frame, held || verified ? Covers::kLeftOut : Covers::kAgainstPose);
+  // Where it is known to be, what looks otherwise is something that covers it.
+  const bool expected = start && isCertain(start->covariance);
+  refiner_.setImage(frame, held || verified || expected ? Covers::kLeftOut : Covers::kAgainstPose);
 
   const bool trusted = state_ == State::kTracking || verified;
   const uint32_t index = static_cast<uint32_t>(frame.index);
@@ -137,6 +139,10 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   // A start that the image leaves where it was is half confirmed already.
   const bool kept =
       start && refiner_.pixelMotion(estimate.T_camera_model, T_last_) < options_.wide_search_px;
+  if (expected && !kept && !verified) {
+    refiner_.setImage(frame, Covers::kAgainstPose);
+    estimate = refiner_.refine(estimate.T_camera_model);
+  }
   const bool leapt =
       !start && angleBetween(estimate.T_camera_model.rotation, T_last_.rotation) > kLeap_rad;
   const double needed = trusted && !leapt ? options_.claim_health
@@ -167,8 +173,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   return report(frame, estimate, good);
 }
 
-bool EdgeTracker::Implementation::isCertain(const Estimate& estimate) const {
-  const Matrix6d& covariance = estimate.covariance;
+bool EdgeTracker::Implementation::isCertain(const Matrix6d& covariance) const {
   return std::sqrt(covariance.topLeftCorner<3, 3>().trace()) <= options_.claim_sigma_m &&
          std::sqrt(covariance.bottomRightCorner<3, 3>().trace()) <= options_.claim_sigma_rad;
 }
@@ -260,7 +265,7 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   direct_.setReference(image_, T_good_, refiner_.coverAt(T_good_));
   reference_good_ = direct_.ready();
   // What is followed uncertainly, half covered, must not change what is known of the object.
-  if (isCertain(estimate)) refiner_.remember(estimate);
+  if (isCertain(estimate.covariance)) refiner_.remember(estimate);
 }
 
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
@@ -338,7 +343,7 @@ ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame, const 
   m.health = estimate.health.value;
   if (!good)
     m.reason = "too few edges agree with the pose";
-  else if (!isCertain(estimate))
+  else if (!isCertain(estimate.covariance))
     m.reason = "the pose is too uncertain";
   m.claimed = m.reason.empty();
   return m;

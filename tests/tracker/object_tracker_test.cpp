@@ -167,6 +167,31 @@ TEST(EdgeTracker, HoldsWhatIsHalfCovered) {
   EXPECT_GE(right, 25);
 }
 
+// An object that comes out from behind something is found again sooner when it is known where.
+TEST(EdgeTracker, WhatCoversAnObjectThatIsExpectedIsNoObjection) {
+  const test::BoxScene scene;
+  const auto claims = [&](const Matrix6d& covariance) {
+    int right = 0;
+    for (int covered_px = 60; covered_px <= 110; covered_px += 5) {
+      const auto tracker = makeTracker(scene);
+      for (int i = 0; i < 4; ++i)
+        tracker->track(scene.draw(poseOf(i), i),
+                       i == 0 ? std::optional(startAt(poseOf(0))) : std::nullopt);
+      Frame frame = scene.draw(poseOf(4), 4);
+      for (int y = 0; y < frame.gray.height; ++y)
+        for (int x = 0; x < frame.gray.width / 2 - 80 + covered_px; ++x)
+          frame.gray(x, y) = (x + y / 3) / 12 % 2 ? 25 : 60;
+      const ObjectMeasurement m = tracker->track(frame, ObjectPrediction{poseOf(4), covariance});
+      right += m.claimed && errorOf(m.T_camera_object, poseOf(4)).m < 0.01;
+    }
+    return right;
+  };
+  const int unexpected = claims(Matrix6d::Identity());
+  const int expected = claims(1e-6 * Matrix6d::Identity());
+  std::printf("claimed half covered: %d, where it is expected %d of 11\n", unexpected, expected);
+  EXPECT_GT(expected, unexpected);
+}
+
 TEST(EdgeTracker, AnewFromAGivenStart) {
   const test::BoxScene scene;
   const auto tracker = makeTracker(scene);
