@@ -37,12 +37,14 @@ MapStage::OpenFrame& MapStage::frameAt(int64_t timestamp_ns) {
 }
 
 void MapStage::receive(CameraStep step) {
-  FrameResult& result = frameAt(step.timestamp_ns).result;
+  OpenFrame& frame = frameAt(step.timestamp_ns);
+  FrameResult& result = frame.result;
   result.odometry_ms += step.ms;
   T_world_camera_ = step.T_world_camera;
   wants_objects_ = step.wants_objects;
   if (step.started) path_.poses.push_back({step.timestamp_ns, step.T_world_camera});
   if (method_ == Method::kFused) moveMap(step, result);
+  frame.by_map = mapper_.started();
   newest_ns_ = step.timestamp_ns;
   result.odometry = std::move(step.measurement);
 }
@@ -84,7 +86,7 @@ void MapStage::receive(Sighting sighting) {
   result.tracker_ms += sighting.ms;
   result.objects[sighting.object].measurement = sighting.measurement;
   --frame.sightings_left;
-  if (frame.settled)
+  if (frame.settled || frame.by_map)
     apply(frame, sighting);
   else
     frame.waiting[sighting.object] = std::move(sighting);

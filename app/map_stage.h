@@ -54,7 +54,7 @@ class MapStage {
  private:
   struct OpenFrame {
     FrameResult result;
-    std::vector<std::optional<Sighting>> waiting;  // until the camera is done with the frame
+    std::vector<std::optional<Sighting>> waiting;  // for a pose, or until the camera is done
     std::vector<bool> excused;                     // heard of, or dropped
     size_t sightings_left = 0;
     bool settled = false, without_camera = false, by_map = false;

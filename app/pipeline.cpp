@@ -25,11 +25,25 @@ std::vector<FrameResult> Pipeline::process(const Frame& frame) {
   if (camera_) send(camera_->track(frame), latency_s_.odometry);
   arrive(now_ns_);
 
-  std::vector<ObjectMeasurement> measurements;
-  for (Sighting& sighting : measureObjects(frame, held)) {
-    if (sighting.measurement) measurements.push_back(*sighting.measurement);
+  std::vector<std::optional<ObjectMeasurement>> measured(objects_.size());
+  const auto take = [&](Sighting sighting) {
+    measured[sighting.object] = sighting.measurement;
     send(std::move(sighting), latency_s_.tracker);
-  }
+  };
+  std::vector<size_t> others;
+  for (size_t i = 0; i < objects_.size(); ++i)
+    if (held[i].valid())
+      take(held[i].get());
+    else
+      others.push_back(i);
+  // One object that is held tells where the others are.
+  arrive(now_ns_);
+  map_.update();
+  for (Sighting& sighting : measure(others, frame)) take(std::move(sighting));
+
+  std::vector<ObjectMeasurement> measurements;
+  for (std::optional<ObjectMeasurement>& m : measured)
+    if (m) measurements.push_back(std::move(*m));
   if (camera_) send(camera_->update(measurements), latency_s_.odometry);
   arrive(now_ns_);
   map_.update();
@@ -66,13 +80,11 @@ std::vector<std::future<Sighting>> Pipeline::beginHeld(const Frame& frame) {
   return sightings;
 }
 
-// The others are told what the map says, now that it knows how the camera moved.
-std::vector<Sighting> Pipeline::measureObjects(const Frame& frame,
-                                               std::vector<std::future<Sighting>>& held) {
+// Those that ask the map, which knows now how the camera moved.
+std::vector<Sighting> Pipeline::measure(const std::vector<size_t>& objects, const Frame& frame) {
   std::vector<Guidance> guidance(objects_.size());
   std::vector<int> wanted;
-  for (size_t i = 0; i < objects_.size(); ++i) {
-    if (held[i].valid()) continue;
+  for (const size_t i : objects) {
     guidance[i] = map_.guide(i, frame.timestamp_ns);
     if (objects_[i].isWanted(guidance[i])) wanted.push_back(static_cast<int>(i));
   }
@@ -85,9 +97,8 @@ std::vector<Sighting> Pipeline::measureObjects(const Frame& frame,
   }
   const double detection_ms = wanted.empty() ? 0 : watch.ms();
   std::vector<Sighting> sightings;
-  for (size_t i = 0; i < objects_.size(); ++i)
-    sightings.push_back(held[i].valid() ? held[i].get()
-                                        : objects_[i].track(frame, guidance[i], detections[i]));
+  for (const size_t i : objects)
+    sightings.push_back(objects_[i].track(frame, guidance[i], detections[i]));
   if (!sightings.empty()) sightings.front().ms += detection_ms;
   return sightings;
 }

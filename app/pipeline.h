@@ -36,8 +36,7 @@ class Pipeline {
   void send(Message message, double latency_s);
   void arrive(int64_t now_ns);
   std::vector<std::future<Sighting>> beginHeld(const Frame& frame);
-  std::vector<Sighting> measureObjects(const Frame& frame,
-                                       std::vector<std::future<Sighting>>& held);
+  std::vector<Sighting> measure(const std::vector<size_t>& objects, const Frame& frame);
 
   MapStage map_;
   std::optional<CameraStage> camera_;
