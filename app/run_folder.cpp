@@ -152,9 +152,11 @@ std::vector<RunFolderEvent> readEvents(const fs::path& file) {
   for (const auto& row : table.rows) {
     const auto time_ns = parseSeconds(textIn(row, table.column("timestamp")));
     if (!time_ns) continue;
-    events.push_back({*time_ns, textIn(row, table.column("source")),
-                      textIn(row, table.column("event")), textIn(row, table.column("reason")),
-                      numberIn(row, table.column("value")).value_or(0)});
+    events.push_back(
+        {*time_ns, textIn(row, table.column("source")), textIn(row, table.column("event")),
+         textIn(row, table.column("reason")), numberIn(row, table.column("value")).value_or(0),
+         parseSeconds(textIn(row, table.column("until"))).value_or(*time_ns),
+         static_cast<int>(parseInteger(textIn(row, table.column("frames"))).value_or(1))});
   }
   return events;
 }

@@ -30,6 +30,8 @@ struct RunFolderEvent {
   int64_t timestamp_ns = 0;
   std::string source, event, reason;
   double value = 0;
+  int64_t until_ns = 0;  // of a decision that was repeated
+  int frames = 1;
 };
 
 struct RunFolder {

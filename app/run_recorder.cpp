@@ -33,14 +33,6 @@ std::string framesRow(const std::string& source, bool claimed, double health, co
   return row + "," + optionalField(visible_fraction) + "\n";
 }
 
-// A field of a CSV file: quoted when it must be.
-std::string csvText(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
-  return quoted + "\"";
-}
-
 nlohmann::ordered_json rowMajor(const auto& matrix) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (int row = 0; row < matrix.rows(); ++row)
@@ -66,8 +58,7 @@ RunRecorder::RunRecorder(Method method, std::vector<ObjectModel> objects)
       first_truth_(models_.size()),
       reinitialisations_(models_.size(), 0),
       frames_csv_(framesHeader()),
-      measurements_csv_(measurementsHeader()),
-      events_csv_("timestamp,source,event,value,reason\n") {}
+      measurements_csv_(measurementsHeader()) {}
 
 void RunRecorder::add(int number, int64_t timestamp_ns, const FrameResult& result,
                       const std::optional<GroundTruth>& truth) {
@@ -94,14 +85,11 @@ void RunRecorder::add(int number, int64_t timestamp_ns, const FrameResult& resul
     if (result.objects[i].T_camera_object)
       object_paths_[i].poses.push_back({timestamp_ns, *result.objects[i].T_camera_object});
   }
-  for (const Event& event : result.events) {
-    events_csv_ += formatSeconds(event.timestamp_ns) + "," + csvText(event.source) + "," +
-                   event.event + "," + formatNumber(event.value) + "," + csvText(event.reason) +
-                   "\n";
+  events_.add(result.events);
+  for (const Event& event : result.events)
     for (size_t i = 0; i < models_.size(); ++i)
       reinitialisations_[i] +=
           event.event == "reinitialised" && event.source == models_[i].name ? 1 : 0;
-  }
   odometry_ms_ += result.odometry_ms;
   tracker_ms_ += result.tracker_ms;
   mapper_ms_ += result.mapper_ms;
@@ -170,7 +158,7 @@ void RunRecorder::write(const std::filesystem::path& folder, const FinalEstimate
   writeFileAtomically(folder / "map.json", mapJson(final.map));
   writeFileAtomically(folder / "frames.csv", frames_csv_);
   writeFileAtomically(folder / "measurements.csv", measurements_csv_);
-  writeFileAtomically(folder / "events.csv", events_csv_);
+  writeFileAtomically(folder / "events.csv", events_.csv());
 }
 
 CameraMetrics RunRecorder::cameraMetrics() const {

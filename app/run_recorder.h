@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/event_log.h"
 #include "app/pipeline_types.h"
 #include "core/ground_truth.h"
 #include "core/object_model.h"
@@ -52,7 +53,8 @@ class RunRecorder {
   std::optional<int> start_frame_;  // number of the first frame with an estimate
   int frames_ = 0, frames_since_start_ = 0, healthy_frames_ = 0;
   double odometry_ms_ = 0, tracker_ms_ = 0, mapper_ms_ = 0;
-  std::string frames_csv_, measurements_csv_, events_csv_;
+  std::string frames_csv_, measurements_csv_;
+  EventLog events_;
 };
 
 }  // namespace diorama

@@ -9,6 +9,7 @@
 #include "app/video_frames.h"
 #include "core/errors.h"
 #include "core/files.h"
+#include "core/text.h"
 #include "eval/report_page.h"
 
 namespace diorama {
@@ -148,6 +149,14 @@ Json objectJson(const RunFolder& run, const RunFolderObject& object, const Displ
   return json;
 }
 
+// With the end of one that was repeated.
+std::string reasonOf(const RunFolderEvent& event) {
+  if (event.frames < 2) return event.reason;
+  const double until_s = 1e-9 * static_cast<double>(event.until_ns);
+  return event.reason + " (" + std::to_string(event.frames) + " frames, until " +
+         formatFixed(until_s, 2) + " s)";
+}
+
 Json eventsJson(const RunFolder& run) {
   Json list = Json::array();
   for (const RunFolderEvent& event : run.events)
@@ -155,7 +164,7 @@ Json eventsJson(const RunFolder& run) {
                     {"source", event.source},
                     {"event", event.event},
                     {"value", event.value},
-                    {"reason", event.reason}});
+                    {"reason", reasonOf(event)}});
   return list;
 }
 
