@@ -6,6 +6,7 @@ import re
 import tempfile
 from pathlib import Path
 
+import accept_absence
 from acceptance import printed, render, run, sh, tests
 
 SCENES = ("orange_juice", "pasta_box", "detergent", "orange_juice_occluded", "pasta_box_occluded",
@@ -123,7 +124,7 @@ def smoother(report):
 
 def add_arguments(parser):
     parser.add_argument("--scenes", type=Path, metavar="DIR", help="sequences rendered before, DIR/orange_juice and so on")
-    parser.add_argument("--only", choices=["smoother", "loop", "schedulers"], help="measure one piece")
+    parser.add_argument("--only", choices=list(PIECES), help="measure one piece")
     parser.add_argument("--seeds", type=int, default=20, help="runs for the mean of map_nees")
 
 
@@ -184,21 +185,25 @@ def schedulers(report, work, scenes):
         speed(report, work, scene, sequence_of(work, scene, scenes), bound)
 
 
+def loop(report, work, scenes):
+    for scene in SCENES:
+        closed_loop(report, work, scene, sequence_of(work, scene, scenes))
+    repeatable(report, work, sequence_of(work, "orange_juice", scenes))
+
+
+PIECES = {
+    "smoother": lambda report, work, arguments: smoother(report),
+    "loop": lambda report, work, arguments: loop(report, work, arguments.scenes),
+    "schedulers": lambda report, work, arguments: schedulers(report, work, arguments.scenes),
+    "absence": lambda report, work, arguments: accept_absence.measure(report, work, arguments.scenes),
+    "consistency": lambda report, work, arguments: consistency(report, work, arguments.seeds),
+}
+
+
 def measure(report, arguments):
-    if arguments.only in (None, "smoother"):
-        smoother(report)
-    if arguments.only == "smoother":
-        return
-    if arguments.only == "schedulers":
-        with tempfile.TemporaryDirectory(prefix="diorama-accept-") as folder:
-            schedulers(report, Path(folder), arguments.scenes)
-        return
-    with tempfile.TemporaryDirectory(prefix="diorama-accept-") as folder:
-        work = Path(folder)
-        for scene in SCENES:
-            closed_loop(report, work, scene, sequence_of(work, scene, arguments.scenes))
-        repeatable(report, work, sequence_of(work, "orange_juice", arguments.scenes))
-        schedulers(report, work, arguments.scenes)
-        consistency(report, work, arguments.seeds)
-    for text in ("absence of 5 s, and objects found from one another", "20,000 frames"):
-        report.note(text, "not measured yet")
+    for name, piece in PIECES.items():
+        if arguments.only in (None, name):
+            with tempfile.TemporaryDirectory(prefix="diorama-accept-") as folder:
+                piece(report, Path(folder), arguments)
+    if not arguments.only:
+        report.note("20,000 frames", "not measured yet")
