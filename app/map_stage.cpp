@@ -160,6 +160,9 @@ void MapStage::apply(OpenFrame& frame, const Sighting& sighting) {
 void MapStage::addToMap(OpenFrame& frame, size_t object, const ObjectMeasurement& measurement) {
   const AddResult added = mapper_.addObject(measurement);
   dirty_ = true;
+  if (!added.decision.empty())
+    frame.result.events.push_back({measurement.timestamp_ns, measurement.object, added.decision,
+                                   added.innovation.value_or(0), added.reason});
   if (added) return noteHeard(frame, object);
   ++counters_[object].rejected;
   frame.result.events.push_back({measurement.timestamp_ns, measurement.object, "rejected",
@@ -218,6 +221,7 @@ Guidance MapStage::standing(size_t object) const {
   guidance.rejected = counter.rejected;
   guidance.missed_frames = counter.missed_frames;
   guidance.overdue = counter.overdue;
+  guidance.moving = method_ == Method::kFused && mapper_.isMoving(names_[object]);
   return guidance;
 }
 

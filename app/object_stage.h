@@ -18,6 +18,7 @@ struct Guidance {
   int rejected = 0;                                 // claimed, but outside the gate: in a row
   int missed_frames = 0;                            // not heard of: in a row
   bool overdue = false;                             // not heard of for too long
+  bool moving = false;                              // in the world: says nothing of the camera
   std::optional<ObjectPrediction> prediction = {};  // where it is in the frame; fused
 };
 

@@ -42,8 +42,8 @@ std::vector<FrameResult> Pipeline::process(const Frame& frame) {
   for (Sighting& sighting : measure(others, frame)) take(std::move(sighting));
 
   std::vector<ObjectMeasurement> measurements;
-  for (std::optional<ObjectMeasurement>& m : measured)
-    if (m) measurements.push_back(std::move(*m));
+  for (size_t i = 0; i < measured.size(); ++i)
+    if (measured[i] && !map_.standing(i).moving) measurements.push_back(std::move(*measured[i]));
   if (camera_) send(camera_->update(measurements), latency_s_.odometry);
   arrive(now_ns_);
   map_.update();

@@ -157,7 +157,8 @@ std::vector<ObjectMeasurement> RealtimePipeline::measurementsOf(const Frame& fra
   std::vector<ObjectMeasurement> measurements;
   for (const Tracker& tracker : trackers_)
     for (const ObjectMeasurement& m : tracker.measurements)
-      if (m.timestamp_ns == frame.timestamp_ns) measurements.push_back(m);
+      if (m.timestamp_ns == frame.timestamp_ns && !tracker.guidance.moving)
+        measurements.push_back(m);
   return measurements;
 }
 

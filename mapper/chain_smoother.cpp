@@ -56,6 +56,23 @@ void ChainSmoother::addObservation(size_t pose, const ObjectFactor& factor) {
   takeOver();
 }
 
+size_t ChainSmoother::removeObservations(size_t object, size_t from_pose) {
+  awaken(object);
+  finishPassBefore(from_pose);
+  std::optional<size_t> first;
+  size_t left = 0;
+  for (size_t k = 0; k < poseCount(); ++k) {
+    std::vector<ObjectFactor>& seen = graph_.poses[k].objects;
+    const auto isOfObject = [&](const ObjectFactor& factor) { return factor.object == object; };
+    if (k < from_pose)
+      left += static_cast<size_t>(std::count_if(seen.begin(), seen.end(), isOfObject));
+    else if (std::erase_if(seen, isOfObject) > 0 && !first)
+      first = k;
+  }
+  if (first) replayFrom(*first);
+  return left;
+}
+
 std::optional<double> ChainSmoother::innovation(size_t pose, const ObjectFactor& factor) {
   awaken(factor.object);
   // Not weighed by the kernel: the gate sees the whole residual.
@@ -120,8 +137,7 @@ ChainSmoother::Joint ChainSmoother::joint() const {
 ChainSmoother::PairCovariance ChainSmoother::covarianceWith(size_t object) const {
   const ObjectState& state = objects_[object];
   const Matrix6d J_camera = rightJacobian(pose_deltas_.back());
-  PairCovariance out{J_camera * belief_.P().topLeftCorner<6, 6>() * J_camera.transpose(),
-                     Matrix6d::Zero(), state.dormant_P};
+  PairCovariance out{cameraCovariance(), Matrix6d::Zero(), state.dormant_P};
   if (!root_.holds(object)) return out;
   const Eigen::Index at = root_.position(object);
   const Matrix6d J_object = rightJacobian(state.delta);
@@ -136,6 +152,11 @@ Matrix6d ChainSmoother::objectCovariance(size_t object) const {
   const Eigen::Index at = root_.position(object);
   const Matrix6d J = rightJacobian(state.delta);
   return J * belief_.P().block<6, 6>(at, at) * J.transpose();
+}
+
+Matrix6d ChainSmoother::cameraCovariance() const {
+  const Matrix6d J = rightJacobian(pose_deltas_.back());
+  return J * belief_.P().topLeftCorner<6, 6>() * J.transpose();
 }
 
 // ----------------------------------------------------------------- the forward pass

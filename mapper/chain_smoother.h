@@ -79,6 +79,10 @@ class ChainSmoother {
   // Any pose: an old one costs a replay from there on, one older than the window of everything.
   void addObservation(size_t pose, const ObjectFactor& factor);
 
+  // Forgets what was seen of an object from a pose and all later ones; returns how many
+  // observations are left. A replay from there on.
+  size_t removeObservations(size_t object, size_t from_pose);
+
   // Nothing more will be seen of it: update() eliminates it, however few objects there are.
   void release(size_t object) { objects_[object].released = true; }
 
@@ -118,6 +122,7 @@ class ChainSmoother {
   };
   PairCovariance covarianceWith(size_t object) const;
   Matrix6d objectCovariance(size_t object) const;  // of these, the object's alone
+  Matrix6d cameraCovariance() const;               // of the newest pose
   bool isActive(size_t object) const { return root_.holds(object); }
 
  private:

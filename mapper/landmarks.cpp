@@ -159,7 +159,7 @@ AddResult Landmarks::add(ChainSmoother& smoother, size_t pose, const std::string
     factor.object = first.object;
     smoother.addObservation(pose, factor);
     count(label, &first);
-    order_.push_back(name);
+    if (std::find(order_.begin(), order_.end(), name) == order_.end()) order_.push_back(name);
     return {true};
   }
   AddResult result;
@@ -178,6 +178,33 @@ AddResult Landmarks::add(ChainSmoother& smoother, size_t pose, const std::string
   result.reason = "outside the gate: " + formatFixed(result.innovation.value_or(INFINITY), 1) +
                   " where " + formatFixed(limit(), 1) + " is the limit";
   return result;
+}
+
+void Landmarks::takeBack(ChainSmoother& smoother, const std::string& name, size_t from_pose) {
+  Label& label = labels_[name];
+  label.tentative.clear();
+  std::erase_if(label.landmarks, [&](const Landmark& landmark) {
+    return smoother.removeObservations(landmark.object, from_pose) == 0;
+  });
+}
+
+void Landmarks::settle(ChainSmoother& smoother, size_t pose, const std::string& name,
+                       ObjectFactor factor) {
+  doubt(name);
+  Label& label = labels_[name];
+  std::optional<double> ignored;
+  std::optional<Match> match = nearest(smoother, pose, label, factor, ignored);
+  if (!match) {
+    if (label.landmarks.size() >= static_cast<size_t>(options_.max_landmarks)) {
+      smoother.release(label.landmarks.front().object);
+      label.landmarks.erase(label.landmarks.begin());
+    }
+    Landmark& landmark = place(smoother, pose, name, label, factor);
+    factor.object = landmark.object;
+    match = Match{&landmark, factor, 0};
+  }
+  smoother.addObservation(pose, match->factor);
+  count(label, match->landmark);
 }
 
 bool Landmarks::agree(const ChainSmoother& smoother, const Waiting& waiting, size_t pose,

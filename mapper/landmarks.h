@@ -62,6 +62,8 @@ struct [[nodiscard]] AddResult {
   std::string reason = {};  // why not; empty when it was added
   // Normalised innovation against the landmark that the label stands for, where there is one.
   std::optional<double> innovation = {};
+  // "moving" or "resting", when it made that certain of the object; `reason` says more.
+  std::string decision = {};
   explicit operator bool() const { return added; }
 };
 
@@ -77,6 +79,13 @@ class Landmarks {
 
   // Takes the support of all landmarks of a label away: the next ones that are measured win.
   void doubt(const std::string& label);
+
+  // The object moves since a pose: what was seen of it from there on is taken out of the graph, and
+  // landmarks of which nothing is left are forgotten.
+  void takeBack(ChainSmoother& smoother, const std::string& label, size_t from_pose);
+  // It has come to rest where it was measured: at a landmark of its, or at a new one, for which the
+  // label stands from now on.
+  void settle(ChainSmoother& smoother, size_t pose, const std::string& label, ObjectFactor factor);
 
   // In the order of their first measurement.
   const std::vector<std::string>& labels() const { return order_; }

@@ -5,7 +5,9 @@
 #include <optional>
 
 #include "core/errors.h"
+#include "core/text.h"
 #include "mapper/graph_solver.h"
+#include "mapper/moving_object.h"
 
 namespace diorama {
 namespace {
@@ -33,11 +35,13 @@ class Mapper::Impl {
       : options_(options),
         smoother_(options_.smoother, kernelOf(options_.object_kernel, options_.object_kernel_width),
                   kernelOf(options_.odometry_kernel, options_.odometry_kernel_width)),
-        landmarks_(options_.gate) {}
+        landmarks_(options_.gate),
+        watch_(options_.motion) {}
 
   void setSymmetries(const std::string& object, const Symmetries& symmetries) {
     symmetries_[object] = symmetries;
     landmarks_.setSymmetries(object, symmetries);
+    watch_.setSymmetries(object, symmetries);
   }
 
   bool started() const { return smoother_.poseCount() > 0; }
@@ -47,6 +51,8 @@ class Mapper::Impl {
     landmarks_ = Landmarks(options_.gate);
     for (const auto& [object, symmetries] : symmetries_)
       landmarks_.setSymmetries(object, symmetries);
+    watch_.start(timestamp_ns);
+    moving_.clear();
   }
 
   AddResult addOdometry(const OdometryMeasurement& measurement) {
@@ -58,10 +64,13 @@ class Mapper::Impl {
     const OdometryFactorResult result =
         makeOdometryFactor(measurement, options_.odometry_sigma_scale);
     if (!result.factor) return {false, result.reason};
-    if (across_gap)
+    if (across_gap) {
       closeGap(measurement.to_ns, *result.factor);
-    else
+      watch_.breakOff(measurement.to_ns);
+    } else {
       smoother_.addPose(measurement.to_ns, *result.factor);
+      watch_.addStep(measurement);
+    }
     if (gap_) smoother_.release(gap_->anchor);
     gap_.reset();
     return {true};
@@ -72,6 +81,7 @@ class Mapper::Impl {
     if (timestamp_ns <= newest_ns()) return {false, "time does not increase"};
     if (!gap_) openGap();
     addGapPose(timestamp_ns, isUnitPose(T_from_to) ? T_from_to : SE3{});
+    watch_.breakOff(timestamp_ns);
     return {true};
   }
 
@@ -80,10 +90,16 @@ class Mapper::Impl {
     if (!pose) return {false, "no pose of the window has that time"};
     const ObjectFactorResult result = makeObjectFactor(measurement, 0, options_.object_sigma_scale);
     if (!result.factor) return {false, result.reason};
+    watch_.addSight(measurement);
+    const auto moving = moving_.find(measurement.object);
+    if (moving != moving_.end())
+      return addMoving(moving->second, *pose, measurement, *result.factor);
     const AddResult added = landmarks_.add(smoother_, *pose, measurement.object, *result.factor);
     if (added && gap_ && *pose == newest()) gap_->held_ns = measurement.timestamp_ns;
-    return added;
+    return watch_.moves(measurement.object) ? setMoving(measurement.object) : added;
   }
+
+  bool isMoving(const std::string& object) const { return moving_.contains(object); }
 
   void doubt(const std::string& object) { landmarks_.doubt(object); }
 
@@ -96,9 +112,11 @@ class Mapper::Impl {
   MapEstimate finish() {
     DIORAMA_CHECK(started());
     smoother_.sweep();
+    const SE3 T_camera_world = T_world_camera().inverse();
     Graph graph = smoother_.estimate();
     if (graph.poses.size() > 1 && solve(graph, options_.batch_iterations).usable)
       smoother_.moveTo(graph);
+    for (auto& [name, object] : moving_) object.carry(T_world_camera() * T_camera_world);
     return estimate();
   }
 
@@ -106,9 +124,11 @@ class Mapper::Impl {
     DIORAMA_CHECK(started());
     MapEstimate map{newest_ns(), T_world_camera(), {}};
     for (const std::string& label : landmarks_.labels()) {
-      const size_t object = *landmarks_.best(label);
-      map.objects.push_back(
-          {label, smoother_.T_world_object(object), smoother_.objectCovariance(object)});
+      if (const auto moving = moving_.find(label); moving != moving_.end())
+        map.objects.push_back(placeInWorld(label, moving->second));
+      else if (const std::optional<size_t> object = landmarks_.best(label))
+        map.objects.push_back(
+            {label, smoother_.T_world_object(*object), smoother_.objectCovariance(*object)});
     }
     return map;
   }
@@ -116,6 +136,10 @@ class Mapper::Impl {
   // T_camera_object = T_world_camera^-1 T_world_object:
   //   its right perturbation is xi_object - Ad(T_object_camera) xi_camera.
   std::optional<ObjectPrediction> predict(const std::string& name) const {
+    if (const auto moving = moving_.find(name); moving != moving_.end()) {
+      const MovingObject::Place place = moving->second.at(newest_ns());
+      return ObjectPrediction{T_world_camera().inverse() * place.T_world_object, place.covariance};
+    }
     const std::optional<size_t> object = landmarks_.best(name);
     if (!object) return std::nullopt;
     const SE3 T_camera_object = T_world_camera().inverse() * smoother_.T_world_object(*object);
@@ -182,6 +206,64 @@ class Mapper::Impl {
                     kLeast * per_s * (after_s - before_s));
   }
 
+  // What was seen of it since it moves is taken out of the graph, and makes a chain of its own.
+  AddResult setMoving(const std::string& name) {
+    const std::vector<ObjectMeasurement> seen = watch_.window(name);
+    landmarks_.takeBack(smoother_, name, poseAt(seen.front().timestamp_ns));
+    smoother_.update();
+    watch_.setMoving(name, true);
+    const auto T_world_object = [&](const ObjectMeasurement& m) {
+      return smoother_.T_world_camera(poseAt(m.timestamp_ns)) * m.T_camera_object;
+    };
+    const ObjectMeasurement& first = seen.front();
+    MovingObject object(options_.motion, first.timestamp_ns, T_world_object(first),
+                        first.covariance);
+    for (size_t k = 1; k < seen.size(); ++k)
+      object.absorb(seen[k].timestamp_ns, T_world_object(seen[k]), seen[k].covariance, INFINITY);
+    AddResult result{true};
+    result.decision = "moving";
+    result.reason = formatFixed(1e3 * object.speed_m_s(), 0) + " mm/s";
+    moving_.emplace(name, std::move(object));
+    return result;
+  }
+
+  AddResult addMoving(MovingObject& object, size_t pose, const ObjectMeasurement& measurement,
+                      const ObjectFactor& factor) {
+    if (measurement.timestamp_ns < object.timestamp_ns())
+      return {false, "older than what is known of the moving object"};
+    const SE3 T_world_camera = smoother_.T_world_camera(pose);
+    const SE3 expected =
+        T_world_camera.inverse() * object.at(measurement.timestamp_ns).T_world_object;
+    const SE3 Z = nearestBySymmetry(factor, expected, symmetries_[measurement.object]).Z;
+    const double limit = options_.gate.kind == "none" ? INFINITY : options_.gate.chi_square;
+    AddResult result{true};
+    result.innovation =
+        object.absorb(measurement.timestamp_ns, T_world_camera * Z, measurement.covariance, limit);
+    result.added = *result.innovation < limit;
+    if (!result.added) result.reason = "not where an object that moves so can be";
+    if (!result.added || !watch_.rests(measurement.object)) return result;
+    moving_.erase(measurement.object);
+    watch_.setMoving(measurement.object, false);
+    landmarks_.settle(smoother_, pose, measurement.object, factor);
+    result.decision = "resting";
+    return result;
+  }
+
+  // Its error in the world is the camera's as well.
+  ObjectEstimate placeInWorld(const std::string& name, const MovingObject& object) const {
+    const MovingObject::Place place = object.at(newest_ns());
+    const Matrix6d J = adjoint(place.T_world_object.inverse() * T_world_camera());
+    return {name, place.T_world_object,
+            place.covariance + J * smoother_.cameraCovariance() * J.transpose()};
+  }
+
+  // The newest pose that is not later.
+  size_t poseAt(int64_t timestamp_ns) const {
+    size_t k = newest();
+    while (k > 0 && smoother_.timestamp_ns(k) > timestamp_ns) --k;
+    return k;
+  }
+
   size_t newest() const { return smoother_.poseCount() - 1; }
   int64_t newest_ns() const { return smoother_.timestamp_ns(newest()); }
   SE3 T_world_camera() const { return smoother_.T_world_camera(newest()); }
@@ -196,6 +278,8 @@ class Mapper::Impl {
   ChainSmoother smoother_;
   Landmarks landmarks_;
   std::optional<Gap> gap_;  // while nobody measures the motion
+  MotionWatch watch_;
+  std::map<std::string, MovingObject> moving_;
   std::map<std::string, Symmetries> symmetries_;
 };
 
@@ -214,6 +298,7 @@ AddResult Mapper::addGap(int64_t timestamp_ns, const SE3& T_from_to) {
   return impl_->addGap(timestamp_ns, T_from_to);
 }
 AddResult Mapper::addObject(const ObjectMeasurement& m) { return impl_->addObject(m); }
+bool Mapper::isMoving(const std::string& object) const { return impl_->isMoving(object); }
 void Mapper::doubt(const std::string& object) { impl_->doubt(object); }
 MapEstimate Mapper::update() { return impl_->update(); }
 MapEstimate Mapper::estimate() const { return impl_->estimate(); }

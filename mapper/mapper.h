@@ -1,9 +1,12 @@
 // The map: a factor graph over camera poses and object poses (docs/conventions.md names the
 // frames).
 //
-//   variables   T_world_camera(k), one per frame; T_world_object(j), static
-//   odometry    r = Log(Z^-1 T_world_camera(k)^-1 T_world_camera(k+1))
-//   object      r = Log(Z^-1 T_world_camera(k)^-1 T_world_object(j)), with a robust kernel
+//   variables   T_world_camera(k), one per frame; T_world_object(j), static until it is seen to
+//   move odometry    r = Log(Z^-1 T_world_camera(k)^-1 T_world_camera(k+1)) object      r =
+//   Log(Z^-1 T_world_camera(k)^-1 T_world_object(j)), with a robust kernel
+//
+// An object that moves has a chain of its own, which does not tell where the camera is
+// (moving_object.h), until it rests.
 //
 // The world is the camera frame of the first pose, which is held fixed. Residuals are whitened with
 // the covariances of the measurements, which live in the right tangent [rho, phi] of Z.
@@ -20,12 +23,14 @@
 #include "core/trajectory.h"
 #include "mapper/chain_smoother.h"
 #include "mapper/landmarks.h"
+#include "mapper/motion_watch.h"
 
 namespace diorama {
 
 struct MapperOptions {
   SmootherOptions smoother;
   GateOptions gate;
+  MotionOptions motion;
   int batch_iterations = 50;  // Levenberg-Marquardt steps of the final solution, at most
   // Kernel of object factors: none, huber, cauchy, or cauchy_tail (quadratic up to the width, then
   // as slowly growing as Cauchy's), for what the gate lets in; weights are those of the residuals
@@ -49,6 +54,7 @@ struct MapperOptions {
   void visit(V& v) {
     v("smoother", smoother);
     v("gate", gate);
+    v("motion", motion);
     v("batch_iterations", batch_iterations, Range{1, 10000});
     v("object_kernel", object_kernel);
     v("object_kernel_width", object_kernel_width, kPositive);
@@ -95,6 +101,9 @@ class Mapper {
   // places it. Refused: not claimed, health 0, no pose at that time, numbers as above, or outside
   // the gate; then it waits for others that agree with it.
   AddResult addObject(const ObjectMeasurement& measurement);
+
+  // Whether an object is seen to move; addObject() says when it begins and ends.
+  bool isMoving(const std::string& object) const;
 
   // What is known of an object's place counts no more when new measurements disagree: they will
   // make the place it stands for.

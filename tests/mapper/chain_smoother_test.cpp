@@ -253,6 +253,31 @@ TEST(ChainSmoother, SleepingObjectsLeaveTheRootAndComeBack) {
   }
 }
 
+// What is taken out again has never been there.
+TEST(ChainSmoother, RemovedObservationsLeaveNothing) {
+  const SyntheticGraph whole = makeGraph({.poses = 300, .objects = 3, .visible = 0.6}, 8);
+  for (const size_t from : {280u, 120u, 0u}) {
+    SyntheticGraph rest = whole;
+    for (size_t k = from; k < 300; ++k)
+      std::erase_if(rest.observations[k],
+                    [](const ObjectMeasurement& m) { return m.object == "object1"; });
+    Feeder removed(whole, {}, 1), without(rest, {}, 1);
+    removed.feedAll();
+    without.feedAll();
+    size_t object = 0;
+    while (removed.smoother.estimate().objects[object].name != "object1") ++object;
+    const size_t left = removed.smoother.removeObservations(object, from);
+    EXPECT_EQ(left == 0, from == 0);
+    EXPECT_EQ(removed.smoother.isActive(object), from > 0);
+    for (ChainSmoother* smoother : {&removed.smoother, &without.smoother})
+      for (int i = 0; i < 5; ++i) smoother->relinearise();
+    EXPECT_THAT(removed.smoother.T_world_camera(299),
+                PoseNear(without.smoother.T_world_camera(299), 1e-8, 1e-8));
+    EXPECT_LT((removed.smoother.cameraCovariance() - without.smoother.cameraCovariance()).norm(),
+              1e-6 * without.smoother.cameraCovariance().norm());
+  }
+}
+
 // Between two solutions of the root the belief is carried on in covariance form.
 TEST(ChainSmoother, CarriedBeliefEqualsTheSolvedOne) {
   const SyntheticGraph graph = makeGraph({.poses = 60, .objects = 3, .visible = 0.8}, 7);
