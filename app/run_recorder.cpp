@@ -55,7 +55,7 @@ RunRecorder::RunRecorder(Method method, std::vector<ObjectModel> objects)
       models_(std::move(objects)),
       object_paths_(models_.size()),
       object_frames_(models_.size()),
-      first_truth_(models_.size()),
+      last_truth_(models_.size()),
       reinitialisations_(models_.size(), 0),
       frames_csv_(framesHeader()),
       measurements_csv_(measurementsHeader()) {}
@@ -69,6 +69,7 @@ void RunRecorder::add(int number, int64_t timestamp_ns, const FrameResult& resul
   if (truth) camera_truth_.poses.push_back({timestamp_ns, truth->T_world_camera});
   const bool starts = !start_frame_ && (result.T_world_camera || method_ == Method::kEbt);
   if (starts) start_frame_ = number;
+  if (starts && truth) first_camera_truth_ = truth->T_world_camera;
   if (start_frame_) ++frames_since_start_;
   addOdometry(prefix, result, truth);
   for (size_t i = 0; i < models_.size(); ++i) {
@@ -78,8 +79,8 @@ void RunRecorder::add(int number, int64_t timestamp_ns, const FrameResult& resul
         if (object.name == models_[i].name) {
           frame.truth = truth->T_world_camera.inverse() * object.T_world_object;
           frame.visible_fraction = object.visibleFraction();
+          last_truth_[i] = object.T_world_object;
         }
-    if (starts) first_truth_[i] = frame.truth;
     object_frames_[i].push_back(frame);
     addObject(i, prefix, result.objects[i]);
     if (result.objects[i].T_camera_object)
@@ -190,8 +191,9 @@ Metrics RunRecorder::metrics(const FinalEstimate& final) const {
     NamedObjectMetrics object{models_[i].name, evaluateObject(object_frames_[i], models_[i])};
     if (method_ != Method::kVo) object.metrics.reinitialisations = reinitialisations_[i];
     for (const ObjectEstimate& estimate : final.map.objects)
-      if (estimate.name == models_[i].name && first_truth_[i])
-        evaluateMap(estimate, *first_truth_[i], models_[i].symmetries, object.metrics);
+      if (estimate.name == models_[i].name && first_camera_truth_ && last_truth_[i])
+        evaluateMap(estimate, first_camera_truth_->inverse() * *last_truth_[i],
+                    models_[i].symmetries, object.metrics);
     metrics.objects.push_back(std::move(object));
   }
   const double n = std::max(1, frames_);

@@ -47,7 +47,8 @@ class RunRecorder {
   Trajectory camera_online_, camera_truth_, odometry_world_;
   std::vector<Trajectory> object_paths_;
   std::vector<std::vector<ObjectFrame>> object_frames_;  // per object
-  std::vector<std::optional<SE3>> first_truth_;          // T_camera(start)_object
+  std::optional<SE3> first_camera_truth_;                // of the first frame with an estimate
+  std::vector<std::optional<SE3>> last_truth_;           // T_world_object; some objects move
   std::vector<int> reinitialisations_;
   std::vector<OdometryFrame> odometry_frames_;
   std::optional<int> start_frame_;  // number of the first frame with an estimate

@@ -108,7 +108,8 @@ MotionWatch::Way MotionWatch::wayBetween(const Sight& a, const Sight& b) {
           angleBetween(a.T_world_object.rotation, b.T_world_object.rotation),
           std::sqrt(variance(0) + std::abs(b.camera.variance_m2 - a.camera.variance_m2) +
                     distance * distance * turned),
-          std::sqrt(variance(3) + turned)};
+          std::sqrt(variance(3) + turned),
+          (b.camera.T_world_camera.translation - a.camera.T_world_camera.translation).norm()};
 }
 
 std::optional<MotionWatch::Way> MotionWatch::wayInWindow(const Watched& object) const {
@@ -122,7 +123,9 @@ bool MotionWatch::isDisplaced(const Watched& object) const {
   const auto is = [&](double way, double sigma, double least) {
     return way > least && way > options_.sigmas * sigma;
   };
-  const bool shifted = is(object.way->m, object.way->sigma_m, options_.least_m);
+  const double by_scale_m = options_.odometry_scale * object.way->camera_m;
+  const bool shifted =
+      is(object.way->m, std::hypot(object.way->sigma_m, by_scale_m), options_.least_m);
   const bool turned = is(object.way->rad, object.way->sigma_rad, options_.least_rad);
   if (!shifted && !turned) return false;
   const std::deque<Sight>& sights = object.sights;

@@ -27,9 +27,10 @@ struct MotionOptions {
   double least_m = 0.015;
   double least_rad = 0.06;
   double sigmas = 4;
-  int frames = 5;              // in a row
-  double largest_step = 0.34;  // of the way, between two frames
-  double health_share = 0.8;   // of the tracker's usual health
+  double odometry_scale = 0.02;  // what the odometry's scale may be wrong by, one sigma
+  int frames = 5;                // in a row
+  double largest_step = 0.34;    // of the way, between two frames
+  double health_share = 0.8;     // of the tracker's usual health
   // It rests again when all that was measured for so long lies within this and two sigmas.
   double rest_s = 1;
   double rest_m = 0.004;
@@ -47,6 +48,7 @@ struct MotionOptions {
     v("least_m", least_m, kPositive);
     v("least_rad", least_rad, kPositive);
     v("sigmas", sigmas, kPositive);
+    v("odometry_scale", odometry_scale, kNotNegative);
     v("frames", frames, Range{1, 1000});
     v("largest_step", largest_step, kFraction);
     v("health_share", health_share, kFraction);
@@ -99,6 +101,7 @@ class MotionWatch {
   struct Way {
     double m = 0, rad = 0;
     double sigma_m = 0, sigma_rad = 0;
+    double camera_m = 0;  // the camera's own
   };
   struct Watched {
     Symmetries symmetries;

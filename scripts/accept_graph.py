@@ -1,5 +1,6 @@
 """The map: exact smoothing at a constant cost, the gate, wrong measurements, the feedback loop."""
 
+import csv
 import json
 import math
 import re
@@ -13,11 +14,11 @@ SCENES = ("orange_juice", "pasta_box", "detergent", "orange_juice_occluded", "pa
           "detergent_occluded", "multi_object")
 
 
-def sequence_of(work, scene, scenes, *arguments):
+def sequence_of(work, scene, scenes, *arguments, folder="scenes"):
     if scenes and (scenes / scene).exists():
         return scenes / scene
     if not (work / f"{scene}_sequence").exists():
-        render(work / f"{scene}_sequence", *arguments, scene=f"scenes/{scene}.yaml")
+        render(work / f"{scene}_sequence", *arguments, scene=f"{folder}/{scene}.yaml")
     return work / f"{scene}_sequence"
 
 
@@ -25,7 +26,7 @@ def from_start(out, name, metrics):
     """success_5cm_5deg counts all frames of the sequence; here those from start_frame on."""
     whole = metrics["objects"][name]["success_5cm_5deg"]
     frames, start = metrics["frames"], metrics["start_frame"] or 0
-    return whole * frames / max(1, frames - start)
+    return min(1.0, whole * frames / max(1, frames - start))
 
 
 def paths_of(out, name):
@@ -57,6 +58,27 @@ def mean_errors(sequence, name, outs):
     return [sum(math.dist(p[t], truth[t]) for t in common) / max(1, len(common)) for p in paths]
 
 
+def decisions(out, event):
+    with open(out / "events.csv") as file:
+        return sum(row["event"] == event for row in csv.DictReader(file))
+
+
+def moving(report, work, scenes):
+    """An object that is pushed about: followed all the time, static when it rests."""
+    sequence = sequence_of(work, "moving_object", scenes, "--quality", "draft", folder="scenes/stress")
+    for odometry in ("simulated", "vo"):
+        outs = {m: work / f"moving_{odometry}_{m}" for m in ("vo", "fused")}
+        alone, fused = (run(out, sequence, "--method", m, "--odometry", odometry, "--initial", "detect", "--no-report")
+                        for m, out in outs.items())
+        text, tracked = f"moving_object, odometry {odometry}", fused["objects"]["orange_juice"]
+        report.limit(f"{text}: mean_error_m", tracked["mean_error_m"], "<=", 0.004)
+        report.limit(f"{text}: success_5cm_5deg", tracked["success_5cm_5deg"], ">=", 0.99)
+        report.limit(f"{text}: found to move, times", decisions(outs["fused"], "moving"), ">=", 1)
+        report.limit(f"{text}: found to rest, times", decisions(outs["fused"], "resting"), ">=", 1)
+        report.note(f"{text}: ATE; of the odometry alone, m",
+                    f"{fused['camera']['ate_mean_m']:.6f}; {alone['camera']['ate_mean_m']:.6f}")
+
+
 def closed_loop(report, work, scene, sequence):
     outs = {m: work / f"{scene}_{m}" for m in ("vo", "ebt", "fused")}
     metrics = {m: run(out, sequence, "--method", m, "--odometry", "vo", "--initial", "detect")
@@ -66,6 +88,7 @@ def closed_loop(report, work, scene, sequence):
     report.limit(f"{scene}, fused: ate_mean_m", ate, "<=", 0.003 if free else 0.005)
     report.line(f"{scene}: ATE no worse than vo's", f"{ate} against {vo_ate}",
                 vo_ate is None or ate <= vo_ate + max(0.05 * vo_ate, 0.0002))
+    report.limit(f"{scene}, fused: static objects found to move", decisions(outs["fused"], "moving"), "==", 0)
     for name, tracked in fused["objects"].items():
         report.limit(f"{scene}, fused, {name}: success_5cm_5deg from the start on",
                      from_start(outs["fused"], name, fused), ">=", 0.99)
@@ -196,6 +219,7 @@ PIECES = {
     "loop": lambda report, work, arguments: loop(report, work, arguments.scenes),
     "schedulers": lambda report, work, arguments: schedulers(report, work, arguments.scenes),
     "absence": lambda report, work, arguments: accept_absence.measure(report, work, arguments.scenes),
+    "moving": lambda report, work, arguments: moving(report, work, arguments.scenes),
     "consistency": lambda report, work, arguments: consistency(report, work, arguments.seeds),
 }
 

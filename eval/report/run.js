@@ -1,5 +1,5 @@
 // The page of one run, or of two side by side.
-const EVENT_COLOR = { lost: "--lost", dropped: "--lost", reset: "--lost", started: "--camera", relocalised: "--camera", detected: "--object-0", reinitialised: "--object-0", tracked: "--object-0", rejected: "--faint" };
+const EVENT_COLOR = { lost: "--lost", dropped: "--lost", reset: "--lost", started: "--camera", relocalised: "--camera", detected: "--object-0", reinitialised: "--object-0", tracked: "--object-0", moving: "--object-0", resting: "--object-0", rejected: "--faint" };
 const eventColor = (name) => cssColor(EVENT_COLOR[name] || "--faint");
 const MANY_EVENTS = 60;  // of one kind: ticks of these would hide everything else
 

@@ -300,6 +300,28 @@ TEST(PipelineFeedback, AnObjectFoundElsewhereAfterTheCounterHasANewPlace) {
   EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.39 + 0.3, 5e-3);
 }
 
+TEST(PipelineFeedback, AnObjectThatMovesTellsNeitherOdometryNorMapOfTheCamera) {
+  auto tracker = std::make_unique<FakeTracker>(
+      "box", [](int k) { return poseAt(0.01 * k + 0.01 * std::max(0, k - 30)); },
+      std::vector<bool>(60, true));
+  std::vector<PipelineObject> objects;
+  objects.push_back({"box", std::move(tracker), poseAt(0)});
+  auto odometry = stepsOf(-0.01, 1e-4);
+  const FakeOdometry& told = static_cast<FakeOdometry&>(*odometry);
+  Pipeline pipeline(partsOf(Method::kFused, std::move(objects), std::move(odometry)));
+  int moving = 0;
+  FrameResult result;
+  for (int k = 0; k < 60; ++k) {
+    result = pipeline.process(frameAt(k)).at(0);
+    for (const Event& event : result.events) moving += event.event == "moving";
+  }
+  EXPECT_EQ(moving, 1);
+  EXPECT_EQ(told.told[29], 1u);
+  EXPECT_EQ(told.told[59], 0u);
+  EXPECT_NEAR(result.T_world_camera->translation.x(), -0.59, 1e-3);
+  EXPECT_NEAR(result.objects[0].T_camera_object->translation.x(), 0.59 + 0.29, 5e-3);
+}
+
 // One object tells where the camera is, and that where the other one is.
 TEST(PipelineFeedback, OneObjectHelpsToFindTheOther) {
   auto first = std::make_unique<FakeTracker>(

@@ -55,6 +55,12 @@ class FakeOdometry : public Odometry {
     return OdometryMeasurement{"fake", *before, frame.timestamp_ns, step_, covarianceOf(sigma_), 1};
   }
 
+  void update(std::span<const ObjectMeasurement> objects) override {
+    told.push_back(objects.size());
+  }
+
+  std::vector<size_t> told;  // of so many objects in each frame
+
  private:
   SE3 step_;
   double sigma_;
