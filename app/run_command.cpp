@@ -109,7 +109,8 @@ std::function<int()> setUpRun(CLI::App& app) {
   app.add_option("--initial", arguments->initial,
                  "given: the sequence's initial poses; detect: found in the images")
       ->capture_default_str();
-  app.add_option("--odometry", arguments->odometry, "vo, simulated or replay:FILE")
+  app.add_option("--odometry", arguments->odometry,
+                 "vo, simulated or replay:FILE; several with commas: the first that measures leads")
       ->capture_default_str();
   app.add_option("--tracker", arguments->tracker, "edge or replay:FILE (a measurements.csv)")
       ->capture_default_str();

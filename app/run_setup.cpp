@@ -1,9 +1,13 @@
 #include "app/run_setup.h"
 
+#include <algorithm>
+
+#include "app/odometry_relay.h"
 #include "app/replay_odometry.h"
 #include "app/replay_tracker.h"
 #include "core/errors.h"
 #include "core/measurements_io.h"
+#include "core/text.h"
 #include "tracker/database_detector.h"
 #include "tracker/object_tracker.h"
 #include "vo/odometry.h"
@@ -38,19 +42,44 @@ void checkSupported(const RunArguments& arguments) {
   if (arguments.every < 1) throw UsageError("--every must be at least 1");
 }
 
-std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input,
-                                       const RunOptions& options) {
-  if (const auto file = replayFile(arguments.odometry))
+namespace {
+
+// `vo,simulated`: in the order of preference.
+std::vector<std::string> odometryNames(const RunArguments& arguments) {
+  std::vector<std::string> names;
+  for (const std::string_view name : split(arguments.odometry, ',')) names.emplace_back(name);
+  return names;
+}
+
+bool usesVisualOdometry(const RunArguments& arguments) {
+  const std::vector<std::string> names = odometryNames(arguments);
+  return std::find(names.begin(), names.end(), "vo") != names.end();
+}
+
+std::unique_ptr<Odometry> makeOdometry(const std::string& name, const RunArguments& arguments,
+                                       const RunInput& input, const RunOptions& options) {
+  if (const auto file = replayFile(name))
     return std::make_unique<ReplayOdometry>(readMeasurements(*file).odometry, "replay");
-  if (arguments.odometry == "vo")
-    return std::make_unique<VisualOdometry>(input.source->camera(), options.vo);
-  if (arguments.odometry != "simulated")
-    throw UsageError("--odometry " + arguments.odometry + ": possible: vo, simulated, replay:FILE");
+  if (name == "vo") return std::make_unique<VisualOdometry>(input.source->camera(), options.vo);
+  if (name != "simulated")
+    throw UsageError("--odometry " + name +
+                     ": possible: vo, simulated, replay:FILE, or several with commas between");
   if (!input.simulated_odometry)
     throw InputError(fs::path(arguments.input),
                      "there is no simulated odometry (odometry.csv) in this sequence",
                      "use --odometry vo, --odometry replay:FILE or --method ebt");
   return std::make_unique<ReplayOdometry>(*input.simulated_odometry, "simulated");
+}
+
+}  // namespace
+
+std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input,
+                                       const RunOptions& options) {
+  std::vector<OdometryRelay::Runner> runners;
+  for (const std::string& name : odometryNames(arguments))
+    runners.push_back({name, makeOdometry(name, arguments, input, options)});
+  if (runners.size() == 1) return std::move(runners.front().odometry);
+  return std::make_unique<OdometryRelay>(std::move(runners));
 }
 
 namespace {
@@ -88,7 +117,7 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
     }
     if (arguments.initial == "given")
       object.initial_T_camera_object = givenPose(arguments, input, known, first_frame);
-    if (parseMethod(arguments.method) != Method::kVo || arguments.odometry == "vo")
+    if (parseMethod(arguments.method) != Method::kVo || usesVisualOdometry(arguments))
       object.tracker =
           std::make_unique<EdgeTracker>(known.model, input.source->camera(), rays,
                                         static_cast<int>(i), options.tracker, arguments.tracker);
@@ -102,7 +131,7 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
 
 MapperOptions mapperOptions(const RunArguments& arguments, const RunOptions& options) {
   MapperOptions mapper = options.mapper;
-  if (arguments.odometry == "vo")
+  if (usesVisualOdometry(arguments))
     mapper.object_sigma_scale *= options.pipeline.object_sigma_scale_with_vo;
   return mapper;
 }
