@@ -141,7 +141,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
       start && refiner_.pixelMotion(estimate.T_camera_model, T_last_) < options_.wide_search_px;
   if (expected && !kept && !verified) {
     refiner_.setImage(frame, Covers::kAgainstPose);
-    estimate = refiner_.refine(estimate.T_camera_model);
+    estimate = startAt(T_last_, index);
   }
   const bool leapt =
       !start && angleBetween(estimate.T_camera_model.rotation, T_last_.rotation) > kLeap_rad;
@@ -160,6 +160,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
     if (good) estimate = std::move(neighbour);
   }
   if (!good && reference_good_) {
+    if (!held) refiner_.setImage(frame, Covers::kAgainstPose);  // it is sought anywhere now
     Estimate rescued = rescue(predict(frame.timestamp_ns), index);
     if (rescued.health.value > estimate.health.value) {
       estimate = std::move(rescued);
