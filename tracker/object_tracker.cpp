@@ -50,6 +50,12 @@ class EdgeTracker::Implementation {
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
   bool isCertain(const Matrix6d& covariance) const;
+  bool isHeld() const { return state_ == State::kTracking || state_ == State::kDoubtful; }
+  bool isNearLast(const Estimate& estimate, double distance_px) const;
+  void begin(const SE3& T_camera_model);
+  Estimate estimateFrom(const Frame& frame, const std::optional<ObjectPrediction>& start);
+  double healthNeeded(const Estimate& estimate, const std::optional<ObjectPrediction>& start) const;
+  bool improve(const Frame& frame, double needed, Estimate& estimate);
   Estimate follow(const Frame& frame);
   Estimate startAt(const SE3& start, uint32_t frame_index);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
@@ -111,67 +117,82 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
                                                      const std::optional<ObjectPrediction>& start) {
   if (const std::string problem = problemOf(frame, start); !problem.empty())
     return notClaimed(frame, problem);
-  if (start) {
-    // The object may be elsewhere now: what it looked like still holds, how it moved does not.
-    velocity_.reset();
-    T_last_ = T_good_ = toModel(start->T_camera_object);
-    state_ = State::kStarting;
-    doubts_ = 0;
-    starting_ = true;
-    filter_.stop();
-  } else if (state_ == State::kWaiting) {
+  if (start)
+    begin(toModel(start->T_camera_object));
+  else if (state_ == State::kWaiting)
     return notClaimed(frame, "no pose to start from");
-  }
   image_.build(frame.gray);
-  const bool held = state_ == State::kTracking || state_ == State::kDoubtful;
-  const bool verified = start && start->verified;
-  // Where it is known to be, what looks otherwise is something that covers it.
-  const bool expected = start && isCertain(start->covariance);
-  refiner_.setImage(frame, held || verified || expected ? Covers::kLeftOut : Covers::kAgainstPose);
-
-  const bool trusted = state_ == State::kTracking || verified;
-  const uint32_t index = static_cast<uint32_t>(frame.index);
-  Estimate estimate;
-  if (starting_ || (state_ == State::kLost && !reference_good_))
-    estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), index);
-  else
-    estimate = follow(frame);
-  // A start that the image leaves where it was is half confirmed already.
-  const bool kept =
-      start && refiner_.pixelMotion(estimate.T_camera_model, T_last_) < options_.wide_search_px;
-  if (expected && !kept && !verified) {
-    refiner_.setImage(frame, Covers::kAgainstPose);
-    estimate = startAt(T_last_, index);
-  }
-  const bool leapt =
-      !start && angleBetween(estimate.T_camera_model.rotation, T_last_.rotation) > kLeap_rad;
-  const double needed = trusted && !leapt ? options_.claim_health
-                        : kept            ? options_.kept_health
-                                          : options_.start_health;
-  bool good = estimate.health.value >= needed;
-  if (!good && held && refiner_.pixelMotion(estimate.T_camera_model, T_last_) > kSmearing_px) {
-    Estimate smeared = refiner_.refineSmeared(estimate.T_camera_model, T_last_);
-    if (smeared.health.value > estimate.health.value) estimate = std::move(smeared);
-    good = estimate.health.value >= needed;
-  }
-  if (!good && held) {
-    Estimate neighbour = refiner_.searchNeighbours(estimate);
-    good = neighbour.health.value >= needed;
-    if (good) estimate = std::move(neighbour);
-  }
-  if (!good && reference_good_) {
-    if (!held) refiner_.setImage(frame, Covers::kAgainstPose);  // it is sought anywhere now
-    Estimate rescued = rescue(predict(frame.timestamp_ns), index);
-    if (rescued.health.value > estimate.health.value) {
-      estimate = std::move(rescued);
-      good = estimate.health.value >= options_.start_health;
-    }
-  }
+  Estimate estimate = estimateFrom(frame, start);
+  const double needed = healthNeeded(estimate, start);
+  const bool good = estimate.health.value >= needed || improve(frame, needed, estimate);
   doubts_ = good ? 0 : doubts_ + 1;
   if (estimate.health.value < options_.lost_health || doubts_ > options_.doubtful_frames)
     return lose(frame, estimate.health);
   accept(estimate, frame.timestamp_ns, good);
   return report(frame, estimate, good);
+}
+
+// The object may be elsewhere now: what it looked like still holds, how it moved does not.
+void EdgeTracker::Implementation::begin(const SE3& T_camera_model) {
+  velocity_.reset();
+  T_last_ = T_good_ = T_camera_model;
+  state_ = State::kStarting;
+  doubts_ = 0;
+  starting_ = true;
+  filter_.stop();
+}
+
+Estimate EdgeTracker::Implementation::estimateFrom(const Frame& frame,
+                                                   const std::optional<ObjectPrediction>& start) {
+  // Where it is known to be, what looks otherwise is something that covers it.
+  const bool verified = start && start->verified;
+  const bool expected = start && isCertain(start->covariance);
+  refiner_.setImage(frame,
+                    isHeld() || verified || expected ? Covers::kLeftOut : Covers::kAgainstPose);
+  const uint32_t index = static_cast<uint32_t>(frame.index);
+  if (!starting_ && (state_ != State::kLost || reference_good_)) return follow(frame);
+  Estimate estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), index);
+  if (!expected || verified || isNearLast(estimate, options_.wide_search_px)) return estimate;
+  // It is not there: a start as any other.
+  refiner_.setImage(frame, Covers::kAgainstPose);
+  return startAt(T_last_, index);
+}
+
+double EdgeTracker::Implementation::healthNeeded(
+    const Estimate& estimate, const std::optional<ObjectPrediction>& start) const {
+  const bool leapt = angleBetween(estimate.T_camera_model.rotation, T_last_.rotation) > kLeap_rad;
+  if (start ? start->verified : state_ == State::kTracking && !leapt) return options_.claim_health;
+  // A start that the image leaves where it was is half confirmed already.
+  return start && isNearLast(estimate, options_.wide_search_px) ? options_.kept_health
+                                                                : options_.start_health;
+}
+
+// Of an estimate without the health needed: as of a smeared picture, among its neighbours, from
+// random starts. Whether it is good then.
+bool EdgeTracker::Implementation::improve(const Frame& frame, double needed, Estimate& estimate) {
+  const bool held = isHeld();
+  if (held && !isNearLast(estimate, kSmearing_px)) {
+    Estimate smeared = refiner_.refineSmeared(estimate.T_camera_model, T_last_);
+    if (smeared.health.value > estimate.health.value) estimate = std::move(smeared);
+    if (estimate.health.value >= needed) return true;
+  }
+  if (held) {
+    Estimate neighbour = refiner_.searchNeighbours(estimate);
+    if (neighbour.health.value >= needed) {
+      estimate = std::move(neighbour);
+      return true;
+    }
+  }
+  if (!reference_good_) return false;
+  if (!held) refiner_.setImage(frame, Covers::kAgainstPose);  // it is sought anywhere now
+  Estimate rescued = rescue(predict(frame.timestamp_ns), static_cast<uint32_t>(frame.index));
+  if (rescued.health.value <= estimate.health.value) return false;
+  estimate = std::move(rescued);
+  return estimate.health.value >= options_.start_health;
+}
+
+bool EdgeTracker::Implementation::isNearLast(const Estimate& estimate, double distance_px) const {
+  return refiner_.pixelMotion(estimate.T_camera_model, T_last_) < distance_px;
 }
 
 bool EdgeTracker::Implementation::isCertain(const Matrix6d& covariance) const {
