@@ -253,10 +253,9 @@ void MapStage::report(OpenFrame& frame) {
     motion_.add(result.timestamp_ns, *result.T_world_camera);
   for (size_t i = 0; i < names_.size(); ++i) {
     if (method_ == Method::kVo) result.objects[i].T_camera_object = carriedByOdometry(counters_[i]);
-    for (const ObjectEstimate& estimate : map.objects)
-      if (estimate.name == names_[i])
-        result.objects[i].T_camera_object =
-            result.T_world_camera->inverse() * estimate.T_world_object;
+    if (const auto view = frame.by_map ? mapper_.view(names_[i]) : std::nullopt)
+      result.objects[i].T_camera_object =
+          result.T_world_camera->inverse() * map.T_world_camera * view->T_camera_object;
   }
 }
 

@@ -14,10 +14,6 @@ ObjectFactor turned(const ObjectFactor& factor, const SE3& S) {
   return {factor.object, factor.Z * S, factor.W * adjoint(S)};
 }
 
-Matrix6d covarianceOf(const ObjectFactor& factor) {
-  return (factor.W.transpose() * factor.W).ldlt().solve(Matrix6d::Identity());
-}
-
 // The same without the correlation of camera and object, at which an object that was eliminated is
 // not looked at closely.
 constexpr double kFar = 10;

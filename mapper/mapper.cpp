@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "mapper/graph_solver.h"
 #include "mapper/moving_object.h"
+#include "mapper/present_view.h"
 
 namespace diorama {
 namespace {
@@ -53,6 +54,7 @@ class Mapper::Impl {
       landmarks_.setSymmetries(object, symmetries);
     watch_.start(timestamp_ns);
     moving_.clear();
+    accepted_.clear();
   }
 
   AddResult addOdometry(const OdometryMeasurement& measurement) {
@@ -95,6 +97,7 @@ class Mapper::Impl {
     if (moving != moving_.end())
       return addMoving(moving->second, *pose, measurement, *result.factor);
     const AddResult added = landmarks_.add(smoother_, *pose, measurement.object, *result.factor);
+    if (added && *pose == newest()) accepted_[measurement.object] = measurement;
     if (added && gap_ && *pose == newest()) gap_->held_ns = measurement.timestamp_ns;
     return watch_.moves(measurement.object) ? setMoving(measurement.object) : added;
   }
@@ -148,6 +151,23 @@ class Mapper::Impl {
     const Matrix6d cross = H * joint.cross;
     const Matrix6d P = H * joint.camera * H.transpose() + cross + cross.transpose() + joint.object;
     return ObjectPrediction{T_camera_object, 0.5 * (P + P.transpose())};
+  }
+
+  // The chain of one that moves takes measurements for what they say already.
+  std::optional<ObjectPrediction> view(const std::string& name) const {
+    std::optional<ObjectPrediction> believed = predict(name);
+    const auto seen = accepted_.find(name);
+    if (!believed || isMoving(name) || seen == accepted_.end() ||
+        seen->second.timestamp_ns != newest_ns())
+      return believed;
+    const ObjectFactorResult measured = makeObjectFactor(seen->second, 0, 1);
+    if (!measured.factor) return believed;
+    const auto symmetries = symmetries_.find(name);
+    const ObjectFactor nearest =
+        symmetries == symmetries_.end()
+            ? *measured.factor
+            : nearestBySymmetry(*measured.factor, believed->T_camera_object, symmetries->second);
+    return joinMeasurement(*believed, nearest.Z, covarianceOf(nearest), options_.gate.chi_square);
   }
 
   Trajectory trajectory() const {
@@ -280,6 +300,7 @@ class Mapper::Impl {
   std::optional<Gap> gap_;  // while nobody measures the motion
   MotionWatch watch_;
   std::map<std::string, MovingObject> moving_;
+  std::map<std::string, ObjectMeasurement> accepted_;  // the newest of each object
   std::map<std::string, Symmetries> symmetries_;
 };
 
@@ -304,6 +325,9 @@ MapEstimate Mapper::update() { return impl_->update(); }
 MapEstimate Mapper::estimate() const { return impl_->estimate(); }
 std::optional<ObjectPrediction> Mapper::predict(const std::string& object) const {
   return impl_->predict(object);
+}
+std::optional<ObjectPrediction> Mapper::view(const std::string& object) const {
+  return impl_->view(object);
 }
 MapEstimate Mapper::finish() { return impl_->finish(); }
 Trajectory Mapper::smoothedTrajectory() const { return impl_->trajectory(); }

@@ -119,6 +119,11 @@ class Mapper {
   // for an object that was never measured.
   std::optional<ObjectPrediction> predict(const std::string& object) const;
 
+  // T_camera_object at the newest pose, for whoever asks where the object is now: predict() joined
+  // with what was accepted of it in that frame, if anything, at its own covariance
+  // (present_view.h).
+  std::optional<ObjectPrediction> view(const std::string& object) const;
+
   // Solves for everything until it converges, in batch; object covariances are those there.
   MapEstimate finish();
 

@@ -2,6 +2,7 @@
 
 #include <ceres/cost_function.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace diorama {
@@ -14,6 +15,10 @@ ObjectFactorResult makeObjectFactor(const ObjectMeasurement& m, size_t object, d
   const std::optional<Matrix6d> W = whitening(sigma_scale * sigma_scale * m.covariance);
   if (!W) return {std::nullopt, "the covariance is not finite or not positive definite"};
   return {ObjectFactor{object, m.T_camera_object, *W}, ""};
+}
+
+Matrix6d covarianceOf(const ObjectFactor& factor) {
+  return (factor.W.transpose() * factor.W).ldlt().solve(Matrix6d::Identity());
 }
 
 LinearisedPair linearise(const ObjectFactor& factor, const RobustKernel& kernel,

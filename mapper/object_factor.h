@@ -25,6 +25,8 @@ struct ObjectFactorResult {
 ObjectFactorResult makeObjectFactor(const ObjectMeasurement& measurement, size_t object,
                                     double sigma_scale);
 
+Matrix6d covarianceOf(const ObjectFactor& factor);  // in the right tangent of Z
+
 // Whitened, with the root of the kernel's weight.
 LinearisedPair linearise(const ObjectFactor& factor, const RobustKernel& kernel,
                          const SE3& T_world_camera, const SE3& T_world_object);
