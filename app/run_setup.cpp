@@ -131,8 +131,10 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
 
 MapperOptions mapperOptions(const RunArguments& arguments, const RunOptions& options) {
   MapperOptions mapper = options.mapper;
-  if (usesVisualOdometry(arguments))
-    mapper.object_sigma_scale *= options.pipeline.object_sigma_scale_with_vo;
+  if (!usesVisualOdometry(arguments)) return mapper;
+  mapper.object_sigma_scale *= options.pipeline.object_sigma_scale_with_vo;
+  if (mapper.odometry_memory_s == 0)
+    mapper.odometry_memory_s = options.pipeline.odometry_memory_with_vo_s;
   return mapper;
 }
 

@@ -8,6 +8,7 @@
 #include "core/text.h"
 #include "mapper/graph_solver.h"
 #include "mapper/moving_object.h"
+#include "mapper/odometry_anchor.h"
 #include "mapper/present_view.h"
 
 namespace diorama {
@@ -17,6 +18,10 @@ RobustKernel kernelOf(const std::string& name, double width) {
   const std::optional<RobustKernel::Kind> kind = kernelFromString(name);
   DIORAMA_CHECK(kind);
   return {*kind, width};
+}
+
+OdometryAnchor anchorOf(const MapperOptions& options) {
+  return {options.odometry_memory_s, options.odometry_sigma_scale, options.gate.chi_square};
 }
 
 }  // namespace
@@ -37,6 +42,7 @@ class Mapper::Impl {
         smoother_(options_.smoother, kernelOf(options_.object_kernel, options_.object_kernel_width),
                   kernelOf(options_.odometry_kernel, options_.odometry_kernel_width)),
         landmarks_(options_.gate),
+        anchor_(anchorOf(options_)),
         watch_(options_.motion) {}
 
   void setSymmetries(const std::string& object, const Symmetries& symmetries) {
@@ -52,6 +58,7 @@ class Mapper::Impl {
     landmarks_ = Landmarks(options_.gate);
     for (const auto& [object, symmetries] : symmetries_)
       landmarks_.setSymmetries(object, symmetries);
+    anchor_ = anchorOf(options_);
     watch_.start(timestamp_ns);
     moving_.clear();
     accepted_.clear();
@@ -71,6 +78,7 @@ class Mapper::Impl {
       watch_.breakOff(measurement.to_ns);
     } else {
       smoother_.addPose(measurement.to_ns, *result.factor);
+      anchor_.addStep(smoother_, measurement, looksAtLandmark());
       watch_.addStep(measurement);
     }
     if (gap_) smoother_.release(gap_->anchor);
@@ -82,6 +90,7 @@ class Mapper::Impl {
     if (!started()) return {false, "the map has not been started"};
     if (timestamp_ns <= newest_ns()) return {false, "time does not increase"};
     if (!gap_) openGap();
+    anchor_.release(smoother_);
     addGapPose(timestamp_ns, isUnitPose(T_from_to) ? T_from_to : SE3{});
     watch_.breakOff(timestamp_ns);
     return {true};
@@ -277,6 +286,18 @@ class Mapper::Impl {
             place.covariance + J * smoother_.cameraCovariance() * J.transpose()};
   }
 
+  // From the newest pose.
+  bool looksAtLandmark() const {
+    const SE3 T_camera_world = T_world_camera().inverse();
+    return std::any_of(
+        landmarks_.labels().begin(), landmarks_.labels().end(), [&](const std::string& label) {
+          const std::optional<size_t> object = landmarks_.best(label);
+          if (!object || isMoving(label)) return false;
+          const Vector3d p = T_camera_world * smoother_.T_world_object(*object).translation;
+          return std::atan2(p.head<2>().norm(), p.z()) < options_.odometry_view_rad;
+        });
+  }
+
   // The newest pose that is not later.
   size_t poseAt(int64_t timestamp_ns) const {
     size_t k = newest();
@@ -297,6 +318,7 @@ class Mapper::Impl {
   MapperOptions options_;
   ChainSmoother smoother_;
   Landmarks landmarks_;
+  OdometryAnchor anchor_;
   std::optional<Gap> gap_;  // while nobody measures the motion
   MotionWatch watch_;
   std::map<std::string, MovingObject> moving_;

@@ -45,6 +45,11 @@ struct MapperOptions {
   // errors that are correlated in time count for less than that.
   double object_sigma_scale = 1;
   double odometry_sigma_scale = 1;
+  // For odometry with a map of its own: the time constant of its error while it looks at the same
+  // place (odometry_anchor.h); 0: its steps are all that it knows. Something known must be in view,
+  // within this angle of the optical axis.
+  double odometry_memory_s = 0;
+  double odometry_view_rad = 0.6;
   // Without odometry the camera is assumed to stand still within these times the length of the gap
   // (one sigma; no more than 2 m and 1 rad).
   double gap_m_s = 1;
@@ -62,6 +67,8 @@ struct MapperOptions {
     v("odometry_kernel_width", odometry_kernel_width, kPositive);
     v("object_sigma_scale", object_sigma_scale, kPositive);
     v("odometry_sigma_scale", odometry_sigma_scale, kPositive);
+    v("odometry_memory_s", odometry_memory_s, kNotNegative);
+    v("odometry_view_rad", odometry_view_rad, kPositive);
     v("gap_m_s", gap_m_s, kPositive);
     v("gap_rad_s", gap_rad_s, kPositive);
   }

@@ -1,0 +1,30 @@
+#include "mapper/odometry_anchor.h"
+
+#include "mapper/relative_pose.h"
+
+namespace diorama {
+
+void OdometryAnchor::addStep(ChainSmoother& smoother, const OdometryMeasurement& step,
+                             bool in_view) {
+  if (memory_s_ <= 0) return;
+  if (!in_view) return release(smoother);
+  const size_t pose = smoother.poseCount() - 1;
+  const SE3 T_anchor_camera = object_ ? T_anchor_camera_ * step.T_from_to : SE3{};
+  // T_a_c Exp(e) inverted is T_c_a Exp(-Ad(T_a_c) e).
+  const double steps = memory_s_ / (1e-9 * static_cast<double>(step.to_ns - step.from_ns));
+  const Matrix6d J = steps * sigma_scale_ * adjoint(T_anchor_camera);
+  const std::optional<Matrix6d> W = whitening(J * step.covariance * J.transpose());
+  if (!W) return release(smoother);
+  if (!object_) object_ = smoother.addObject("", smoother.T_world_camera(pose));
+  T_anchor_camera_ = T_anchor_camera;
+  const ObjectFactor factor{*object_, T_anchor_camera_.inverse(), *W};
+  if (smoother.innovation(pose, factor).value_or(0) >= chi_square_) return release(smoother);
+  smoother.addObservation(pose, factor);
+}
+
+void OdometryAnchor::release(ChainSmoother& smoother) {
+  if (object_) smoother.release(*object_);
+  object_.reset();
+}
+
+}  // namespace diorama
