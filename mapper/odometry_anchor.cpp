@@ -8,6 +8,8 @@ void OdometryAnchor::addStep(ChainSmoother& smoother, const OdometryMeasurement&
                              bool in_view) {
   if (memory_s_ <= 0) return;
   if (!in_view) return release(smoother);
+  if (step.source != source_) release(smoother);
+  source_ = step.source;
   const size_t pose = smoother.poseCount() - 1;
   const SE3 T_anchor_camera = object_ ? T_anchor_camera_ * step.T_from_to : SE3{};
   // T_a_c Exp(e) inverted is T_c_a Exp(-Ad(T_a_c) e).

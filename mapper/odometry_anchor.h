@@ -7,11 +7,12 @@
 // covariance (tau / dt)^2 Q. What is between the two forms adds up to the process' ends only.
 //
 // The place is a pose that nobody knows, in the graph an object without a name. It is left when the
-// camera looks away from all that the map knows, when the odometry has a gap, or when what is
-// measured contradicts it: then the odometry drifts as its steps say.
+// camera looks away from all that the map knows, when the odometry has a gap or another one goes
+// on, or when what is measured contradicts it: then the odometry drifts as its steps say.
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/measurements.h"
 #include "mapper/chain_smoother.h"
@@ -32,6 +33,7 @@ class OdometryAnchor {
  private:
   double memory_s_, sigma_scale_, chi_square_;
   std::optional<size_t> object_;
+  std::string source_;  // the odometry that looks at it
   SE3 T_anchor_camera_;
 };
 

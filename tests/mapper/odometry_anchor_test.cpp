@@ -108,7 +108,7 @@ class OdometryAnchorSteps : public ::testing::Test {
   void step(bool in_view, double error_m = 0) {
     const int64_t from_ns = k_ * int64_t{33'333'333}, to_ns = ++k_ * int64_t{33'333'333};
     const SE3 Z{expSO3({0, 0.01, 0}), {0.01 + error_m, 0, 0}};
-    const OdometryMeasurement m{"vo", from_ns, to_ns, Z, diagonalCovariance(2e-4, 3e-4), 1};
+    const OdometryMeasurement m{source, from_ns, to_ns, Z, diagonalCovariance(2e-4, 3e-4), 1};
     smoother.addPose(to_ns, *makeOdometryFactor(m, 1).factor);
     anchor.addStep(smoother, m, in_view);
     smoother.update();
@@ -117,6 +117,7 @@ class OdometryAnchorSteps : public ::testing::Test {
 
   ChainSmoother smoother;
   OdometryAnchor anchor;
+  std::string source = "vo";
   int64_t k_ = 0;
 };
 
@@ -145,6 +146,15 @@ TEST_F(OdometryAnchorSteps, BoundsTheDriftWhileItLooksThere) {
   step(true);
   EXPECT_TRUE(anchor.holds());
   EXPECT_EQ(smoother.objectCount(), objects + 1);
+}
+
+TEST_F(OdometryAnchorSteps, AnotherOdometryHasItsOwnPlace) {
+  for (int k = 0; k < 10; ++k) step(true);
+  EXPECT_EQ(smoother.objectCount(), 1u);
+  source = "other";
+  for (int k = 0; k < 10; ++k) step(true);
+  EXPECT_EQ(smoother.objectCount(), 2u);
+  EXPECT_TRUE(anchor.holds());
 }
 
 TEST_F(OdometryAnchorSteps, WithoutMemoryThereIsNone) {
