@@ -93,9 +93,9 @@ struct PipelineOptions {
   // a tracker's errors are alike over many frames (measured: a mean map_nees of 7 over nine
   // objects).
   double object_sigma_scale_with_vo = 6;
-  // The mapper's odometry_memory_s beside `vo`, where that is 0. Measured on twelve sequences: the
-  // error between two frames grows as its steps add up for 1 to 6 s and then no more; the longest
-  // are those in which the tracker's errors, which last as long, weigh most.
+  // The mapper's odometry_memory_s beside `vo`, where that is 0. Measured: about 1 s on most
+  // sequences, 3 to 6 s on the free carton and bottle. Of 1 to 3 s chosen by the figures of the
+  // sequences of ADR 32: the shorter, the better the camera and the worse carton and map_nees.
   double odometry_memory_with_vo_s = 3;
   LatencyOptions latency_s;
   // In real time: frames that may wait for a stage; then the oldest is dropped.
