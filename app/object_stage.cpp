@@ -67,7 +67,7 @@ std::optional<ObjectPrediction> ObjectStage::findStart(const Guidance& guidance,
        detection->inliers > 0 ? std::to_string(detection->inliers) + " features agree"
                               : "found by its edges");
   sighting.doubt = guidance.overdue;
-  start = ObjectPrediction{detection->T_camera_object};
+  start = ObjectPrediction{detection->T_camera_object, detection->covariance};
   start->verified = true;
   return start;
 }

@@ -17,6 +17,9 @@ struct Detection {
   std::optional<double> look =
       {};           // in [-1, 1]: how well its grey values do; nothing for a plain object
   int inliers = 0;  // features that agree with it; 0 when it was found by its edges
+  // Of the pose (right tangent, m and rad), by what its features alone say; without any, 1 m, 1
+  // rad.
+  Matrix6d covariance = Matrix6d::Identity();
 };
 
 class ObjectDetector {

@@ -133,18 +133,21 @@ std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& pictur
   double best_score = 0;
   const auto tryFrom = [&](const SE3& start) {
     Detection detection = examine(picture, start);
+    const SE3& T_found = detection.T_camera_object;
     const auto agreeing = [&](double inlier_px) {
-      return agreeingMatches(matches, camera_, detection.T_camera_object, inlier_px).size();
+      return agreeingMatches(matches, camera_, T_found, inlier_px);
     };
     // The edges may have led astray: the features must still agree.
-    const size_t loosely = agreeing(2 * options_.inlier_px);
+    const size_t loosely = agreeing(2 * options_.inlier_px).size();
     detection.inliers = static_cast<int>(loosely);
     if (2 * loosely < pose.inliers.size()) return;
-    const size_t closely = agreeing(0.4 * options_.inlier_px);
+    const size_t closely = agreeing(0.4 * options_.inlier_px).size();
     const double share = static_cast<double>(closely) / static_cast<double>(loosely);
     if (!isProven(detection) && !isProvenByFeatures(detection, closely, share)) return;
     const double score = evidence(detection) + share;
     if (best && score <= best_score) return;
+    detection.covariance = covarianceByMatches(matches, agreeing(options_.inlier_px), camera_,
+                                               T_found, options_.inlier_px);
     best = detection;
     best_score = score;
   };

@@ -1,6 +1,6 @@
 // The main path of the tracker. A frame, in track():
 //
-//   predict        constant velocity, or the given start
+//   predict        by the motion so far, or the given start; how sure that is counts in refine
 //   align          grey values of the last good frame, coarse to fine: carries large motions
 //   filter         with several particles: each is moved, refined and weighted; their mean goes on
 //   refine         rounds of {search edges along normals, robust Gauss-Newton with texture patches}
@@ -47,6 +47,8 @@ class EdgeTracker::Implementation {
   enum class State { kWaiting, kStarting, kTracking, kDoubtful, kLost };
 
   std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
+  double secondsSince(int64_t timestamp_ns) const;
+  std::optional<PosePrior> expectedAt(int64_t timestamp_ns) const;
   SE3 predict(int64_t timestamp_ns) const;
   SE3 alignFromLast(const SE3& predicted);
   bool isCertain(const Matrix6d& covariance) const;
@@ -57,13 +59,15 @@ class EdgeTracker::Implementation {
   double healthNeeded(const Estimate& estimate, const std::optional<ObjectPrediction>& start) const;
   bool improve(const Frame& frame, double needed, Estimate& estimate);
   Estimate follow(const Frame& frame);
-  Estimate startAt(const SE3& start, uint32_t frame_index);
+  Estimate startAt(const SE3& start, const std::optional<PosePrior>& prior, uint32_t frame_index);
   Estimate rescue(const SE3& predicted, uint32_t frame_index);
+  void learnMotion(const Estimate& estimate, double seconds, bool good);
   void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
   ObjectMeasurement lose(const Frame& frame, const TrackHealth& health);
   ObjectMeasurement report(const Frame& frame, const Estimate& estimate, bool good) const;
   ObjectMeasurement notClaimed(const Frame& frame, const std::string& reason) const;
 
+  PosePrior toPrior(const ObjectPrediction& start) const;
   SE3 toModel(const SE3& T_camera_object) const;
   SE3 toObject(const SE3& T_camera_model) const;
 
@@ -84,8 +88,8 @@ class EdgeTracker::Implementation {
   bool reference_good_ = false;  // the grey values of direct_ are of a good frame
   bool starting_ = false;        // no good frame since the last given start
   int64_t last_ns_ = 0;
-  std::optional<Vector6d> velocity_;  // of the model in its own frame, 1/s
-  double usual_cost_ = -1;            // of the direct alignment when it went well; -1 = unknown
+  MotionFilter motion_;     // while it is followed
+  double usual_cost_ = -1;  // of the direct alignment when it went well; -1 = unknown
 };
 
 EdgeTracker::Implementation::Implementation(ObjectModel object, Camera camera,
@@ -134,7 +138,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
 
 // The object may be elsewhere now: what it looked like still holds, how it moved does not.
 void EdgeTracker::Implementation::begin(const SE3& T_camera_model) {
-  velocity_.reset();
+  motion_.stop();
   T_last_ = T_good_ = T_camera_model;
   state_ = State::kStarting;
   doubts_ = 0;
@@ -151,20 +155,24 @@ Estimate EdgeTracker::Implementation::estimateFrom(const Frame& frame,
                     isHeld() || verified || expected ? Covers::kLeftOut : Covers::kAgainstPose);
   const uint32_t index = static_cast<uint32_t>(frame.index);
   if (!starting_ && (state_ != State::kLost || reference_good_)) return follow(frame);
-  Estimate estimate = startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), index);
+  // What other evidence there is for it counts; what is expected by this tracker's poses does not.
+  const auto prior = verified ? std::optional(toPrior(*start)) : std::nullopt;
+  Estimate estimate =
+      startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), prior, index);
   if (!expected || verified || isNearLast(estimate, options_.wide_search_px)) return estimate;
   // It is not there: a start as any other.
   refiner_.setImage(frame, Covers::kAgainstPose);
-  return startAt(T_last_, index);
+  return startAt(T_last_, std::nullopt, index);
 }
 
 double EdgeTracker::Implementation::healthNeeded(
     const Estimate& estimate, const std::optional<ObjectPrediction>& start) const {
+  const bool stayed = start && isNearLast(estimate, options_.wide_search_px);
   const bool leapt = angleBetween(estimate.T_camera_model.rotation, T_last_.rotation) > kLeap_rad;
-  if (start ? start->verified : state_ == State::kTracking && !leapt) return options_.claim_health;
+  if (start ? start->verified && stayed : state_ == State::kTracking && !leapt)
+    return options_.claim_health;
   // A start that the image leaves where it was is half confirmed already.
-  return start && isNearLast(estimate, options_.wide_search_px) ? options_.kept_health
-                                                                : options_.start_health;
+  return stayed ? options_.kept_health : options_.start_health;
 }
 
 // Of an estimate without the health needed: as of a smeared picture, among its neighbours, from
@@ -172,7 +180,8 @@ double EdgeTracker::Implementation::healthNeeded(
 bool EdgeTracker::Implementation::improve(const Frame& frame, double needed, Estimate& estimate) {
   const bool held = isHeld();
   if (held && !isNearLast(estimate, kSmearing_px)) {
-    Estimate smeared = refiner_.refineSmeared(estimate.T_camera_model, T_last_);
+    Estimate smeared =
+        refiner_.refineSmeared(estimate.T_camera_model, T_last_, expectedAt(frame.timestamp_ns));
     if (smeared.health.value > estimate.health.value) estimate = std::move(smeared);
     if (estimate.health.value >= needed) return true;
   }
@@ -202,11 +211,13 @@ bool EdgeTracker::Implementation::isCertain(const Matrix6d& covariance) const {
 
 // The pose of this frame from that of the last: by one hypothesis, or by the filter's mean.
 Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
-  if (options_.particles == 1) return refiner_.refine(alignFromLast(predict(frame.timestamp_ns)));
-  const double seconds = 1e-9 * static_cast<double>(frame.timestamp_ns - last_ns_);
+  const std::optional<PosePrior> expected = expectedAt(frame.timestamp_ns);
+  if (options_.particles == 1)
+    return refiner_.refine(alignFromLast(predict(frame.timestamp_ns)), expected);
+  const double seconds = secondsSince(frame.timestamp_ns);
   const uint32_t index = static_cast<uint32_t>(frame.index);
   if (!filter_.started()) filter_.start(T_last_);
-  filter_.propagate(std::clamp(seconds, 0.0, kLongestExtrapolation_s), index);
+  filter_.propagate(seconds, index);
   const SE3 predicted = weightedMean(filter_.particles()).T;
   const SE3 aligned = alignFromLast(predicted);
   filter_.shift(predicted.inverse() * aligned);
@@ -214,34 +225,36 @@ Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
   const std::vector<int> ranges(static_cast<size_t>(options_.filter.rounds),
                                 options_.filter.search_px);
   // Where the particles lie in several valleys their mean may lie in none.
-  Estimate alone = refiner_.refine(aligned);
+  Estimate alone = refiner_.refine(aligned, expected);
   if (!filter_.update([&](const SE3& T) { return refiner_.judge(T, samples, ranges); }, seconds,
                       index))
     return alone;
-  Estimate by_particles = refiner_.refine(filter_.mean().T);
+  Estimate by_particles = refiner_.refine(filter_.mean().T, expected);
   return by_particles.health.value > alone.health.value ? by_particles : alone;
 }
 
 // From a given pose: directly, and where that does not end beyond doubt, by annealed particles
 // around it, unless it is known how the object looked before: round things have many poses that
 // look right.
-Estimate EdgeTracker::Implementation::startAt(const SE3& start, uint32_t frame_index) {
+Estimate EdgeTracker::Implementation::startAt(const SE3& start,
+                                              const std::optional<PosePrior>& prior,
+                                              uint32_t frame_index) {
   const FilterOptions& options = options_.filter;
-  Estimate best = refiner_.refineStart(start);
+  Estimate best = refiner_.refineStart(start, prior);
   // With good grey values the rescue does as well, and costs less.
   if (best.health.value >= options_.certain_health || options.start_particles == 0 ||
       reference_good_)
-    return refiner_.searchNeighbours(best);
+    return refiner_.searchNeighbours(best, prior);
   const std::vector<int> ranges{options.start_search_px, options.search_px};
   const auto judge = [&](const SE3& T) {
     return refiner_.judge(T, refiner_.visibleSamples(T, options.max_samples), ranges);
   };
   const std::vector<SE3> found = filter_.anneal(start, judge, frame_index);
   for (size_t k = 0; k < found.size() && k < static_cast<size_t>(options.start_finalists); ++k) {
-    Estimate other = refiner_.refine(found[k]);
+    Estimate other = refiner_.refine(found[k], prior);
     if (other.fit > best.fit) best = std::move(other);
   }
-  return refiner_.searchNeighbours(best);
+  return refiner_.searchNeighbours(best, prior);
 }
 
 ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
@@ -259,7 +272,7 @@ ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const Tr
   state_ = State::kLost;
   starting_ = starting_ && !reference_good_;  // later starts are not tried for ever
   T_last_ = T_good_;
-  velocity_.reset();
+  motion_.stop();
   filter_.stop();
   ObjectMeasurement measurement = notClaimed(
       frame, "lost: " + (health.reason.empty() ? "hardly an edge agrees with any pose tried"
@@ -268,12 +281,20 @@ ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const Tr
   return measurement;
 }
 
+void EdgeTracker::Implementation::learnMotion(const Estimate& estimate, double seconds, bool good) {
+  if (!good)
+    motion_.stop();
+  else if (!motion_.started() || !(seconds > 0))
+    motion_.start(estimate.T_camera_model, estimate.covariance);
+  else if (estimate.by_prediction)
+    motion_.correct(seconds, estimate.T_camera_model, estimate.by_image);
+  else
+    motion_.jump(seconds, estimate.T_camera_model, estimate.covariance);
+}
+
 void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t timestamp_ns,
                                          bool good) {
-  const double seconds = 1e-9 * static_cast<double>(timestamp_ns - last_ns_);
-  if (good && state_ == State::kTracking && seconds > 0)
-    velocity_ = log(T_last_.inverse() * estimate.T_camera_model) / seconds;
-  if (!good) velocity_.reset();
+  learnMotion(estimate, secondsSince(timestamp_ns), good);
   state_ = good ? State::kTracking : State::kDoubtful;
   T_last_ = estimate.T_camera_model;
   last_ns_ = timestamp_ns;
@@ -290,11 +311,19 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   if (isCertain(estimate.covariance)) refiner_.remember(estimate);
 }
 
+double EdgeTracker::Implementation::secondsSince(int64_t timestamp_ns) const {
+  return std::clamp(1e-9 * static_cast<double>(timestamp_ns - last_ns_), 0.0,
+                    kLongestExtrapolation_s);
+}
+
+std::optional<PosePrior> EdgeTracker::Implementation::expectedAt(int64_t timestamp_ns) const {
+  if (!motion_.started()) return std::nullopt;
+  return motion_.predict(secondsSince(timestamp_ns));
+}
+
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
-  if (!velocity_) return T_last_;
-  const double seconds =
-      std::min(1e-9 * static_cast<double>(timestamp_ns - last_ns_), kLongestExtrapolation_s);
-  return T_last_ * exp(*velocity_ * seconds);
+  const std::optional<PosePrior> expected = expectedAt(timestamp_ns);
+  return expected ? expected->T_camera_model : T_last_;
 }
 
 // Direct alignment from the prediction, and from the last pose when that ended badly.
@@ -380,6 +409,11 @@ ObjectMeasurement EdgeTracker::Implementation::notClaimed(const Frame& frame,
   m.T_camera_object = toObject(T_last_);
   m.reason = reason;
   return m;
+}
+
+PosePrior EdgeTracker::Implementation::toPrior(const ObjectPrediction& start) const {
+  const Matrix6d move = adjoint(SE3{Eigen::Quaterniond::Identity(), model_.centre_object});
+  return {toModel(start.T_camera_object), move.transpose() * start.covariance.llt().solve(move)};
 }
 
 SE3 EdgeTracker::Implementation::toModel(const SE3& T_camera_object) const {

@@ -22,6 +22,8 @@ double errorPx(const SE3& T, const Camera& camera, const PointMatch& match) {
 }
 
 // Reprojection errors for the Gauss-Newton solver.
+constexpr double kSigma = 1.0 / 3;  // of the inliers, in the distance within which they lie
+
 class PointCue : public Cue {
  public:
   PointCue(const std::vector<PointMatch>& matches, const std::vector<int>& used,
@@ -159,8 +161,7 @@ int Ransac::samplesNeeded(size_t inliers) const {
 }
 
 SE3 Ransac::refine(const SE3& T, const std::vector<int>& used) const {
-  // Inliers lie within inlier_px: a third of it is their standard deviation.
-  PointCue cue(matches_, used, camera_, options_.inlier_px / 3);
+  PointCue cue(matches_, used, camera_, kSigma * options_.inlier_px);
   Cue* const cues[] = {&cue};
   SolverLimits limits;
   limits.iterations = 10;
@@ -222,6 +223,13 @@ std::vector<int> agreeingMatches(const std::vector<PointMatch>& matches, const C
     if (!repeated) found.push_back(static_cast<int>(i));
   }
   return found;
+}
+
+Matrix6d covarianceByMatches(const std::vector<PointMatch>& matches, const std::vector<int>& used,
+                             const Camera& camera, const SE3& T, double inlier_px) {
+  constexpr double kShared = 4;  // so many matches tell as much as one
+  PointCue cue(matches, used, camera, kSigma * inlier_px);
+  return covarianceFromHessian(cue.linearise(T).hessian / kShared, 1, 1);
 }
 
 std::optional<RansacPose> findPose(const std::vector<PointMatch>& matches, const Camera& camera,

@@ -21,6 +21,11 @@ struct PointMatch {
 std::vector<int> agreeingMatches(const std::vector<PointMatch>& matches, const Camera& camera,
                                  const SE3& T_camera_object, double inlier_px);
 
+// Of the pose (right tangent), by the places of the given matches alone; their errors are shared by
+// neighbours.
+Matrix6d covarianceByMatches(const std::vector<PointMatch>& matches, const std::vector<int>& used,
+                             const Camera& camera, const SE3& T_camera_object, double inlier_px);
+
 struct RansacPose {
   SE3 T_camera_object;
   std::vector<int> inliers;  // ascending

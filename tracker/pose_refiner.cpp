@@ -14,6 +14,14 @@ constexpr double kUnknownSigmaRad = 1.0;
 
 constexpr double kClearlyBetter = 0.01;  // fit: about one sample in a hundred
 
+// Some edges of other things are taken for the object's: the more, the less of it is to be seen,
+// and the fewer of its edges agree. Factor of the covariance.
+double doubtOf(const VisibleSamples& visible, const TrackHealth& health) {
+  constexpr double kUsual = 0.65, kLeast = 0.05;  // agreement
+  const double lack = std::max(1.0, kUsual / std::max(health.edge_agreement, kLeast));
+  return lack * lack / visible.familiar_share;
+}
+
 }  // namespace
 
 PoseRefiner::PoseRefiner(const EdgeModel& model, const Mesh& mesh, const Camera& camera,
@@ -26,7 +34,8 @@ PoseRefiner::PoseRefiner(const EdgeModel& model, const Mesh& mesh, const Camera&
       surface_(mesh, model.centre_object, camera, rays, object, options),
       memory_(model.samples.size()) {}
 
-Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ranges_px) {
+Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ranges_px,
+                             const std::optional<PosePrior>& prior) {
   Estimate estimate;
   estimate.T_camera_model = start;
   SE3& T = estimate.T_camera_model;
@@ -34,6 +43,8 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   Samples samples = samplesAt(T, options_.max_samples);
   SolverLimits limits = solverLimits();
   texture_.align(*picture_->grey, T, coverAt(T));
+  PriorCue expected(prior.value_or(PosePrior()));
+  estimate.by_prediction = prior.has_value();
 
   for (size_t round = 0; round < search_ranges_px.size(); ++round) {
     const bool last = round + 1 == search_ranges_px.size();
@@ -43,11 +54,12 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
         search_.search(*picture_, T, samples.used, memory_, search_ranges_px[round], T_before_);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
-    Cue* const cues[] = {&edges, &texture_};
+    Cue* const cues[] = {&edges, &texture_, &expected};
     limits.motion = motionWithin(search_ranges_px[round], T, samples.used);
     const PoseSolution solution = solvePose(T, cues, limits);
     T = solution.T_camera_model;
     estimate.edges = solution.cues[0];
+    estimate.by_image = solution.cues[0].hessian + solution.cues[1].hessian;
     estimate.own_covariance =
         covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
     // Texture is told by poses of earlier frames, whose edges were displaced likewise: the edges
@@ -61,15 +73,15 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
       search_.search(*picture_, T, samples.used, memory_, kHealthRange, T_before_);
   const VisibleSamples visible = countSamples(samples, T);
   estimate.health = assessHealth(visible, estimate.observations, texture_, options_);
-  // Some edges of the cover are taken for the object's: the more, the less of it is to be seen.
-  estimate.covariance /= visible.familiar_share;
+  estimate.covariance *= doubtOf(visible, estimate.health);
   estimate.fit = fitOf(visible, estimate.observations);
   return estimate;
 }
 
-Estimate PoseRefiner::refineSmeared(const SE3& start, const SE3& T_before) {
+Estimate PoseRefiner::refineSmeared(const SE3& start, const SE3& T_before,
+                                    const std::optional<PosePrior>& prior) {
   T_before_ = T_before;
-  Estimate estimate = refine(start);
+  Estimate estimate = refine(start, prior);
   T_before_.reset();
   return estimate;
 }
@@ -127,11 +139,11 @@ double PoseRefiner::edgeMotion(const std::vector<EdgeObservation>& observations,
   return count > 0 ? std::sqrt(sum / count) : 0;
 }
 
-Estimate PoseRefiner::searchNeighbours(Estimate best) {
+Estimate PoseRefiner::searchNeighbours(Estimate best, const std::optional<PosePrior>& prior) {
   for (int round = 0; round < options_.neighbour_rounds; ++round) {
     std::optional<Estimate> better;
     for (const SE3& start : neighboursOf(best)) {
-      Estimate other = refine(start);
+      Estimate other = refine(start, prior);
       if (other.fit > (better ? better->fit : best.fit + kClearlyBetter)) better = std::move(other);
     }
     if (!better) break;
@@ -245,12 +257,12 @@ std::optional<double> PoseRefiner::logLikelihood(
   return -options_.filter.lambda_edge * mean - options_.filter.lambda_valid * invalid;
 }
 
-Estimate PoseRefiner::refineStart(const SE3& start) {
-  Estimate best = refine(start);
+Estimate PoseRefiner::refineStart(const SE3& start, const std::optional<PosePrior>& prior) {
+  Estimate best = refine(start, prior);
   for (std::vector<int> ranges : {std::vector<int>{options_.start_search_px}, std::vector<int>{}}) {
     ranges.push_back(ranges.empty() ? options_.narrow_search_px : options_.wide_search_px);
     ranges.push_back(options_.narrow_search_px);
-    Estimate other = refine(start, ranges);
+    Estimate other = refine(start, ranges, prior);
     if (other.fit > best.fit) best = std::move(other);
   }
   return best;

@@ -10,6 +10,7 @@
 #include "tracker/edge_search.h"
 #include "tracker/health.h"
 #include "tracker/image_pyramid.h"
+#include "tracker/motion_filter.h"
 #include "tracker/particle_filter.h"
 #include "tracker/pose_solver.h"
 #include "tracker/surface_look.h"
@@ -23,6 +24,8 @@ struct Estimate {
   Matrix6d covariance = Matrix6d::Identity();
   // The part of the covariance that neighbouring frames do not share.
   Matrix6d own_covariance = Matrix6d::Identity();
+  Matrix6d by_image = Matrix6d::Zero();  // information of all cues but a prior
+  bool by_prediction = false;            // a prior was among the cues
   CueEquations edges;
   std::vector<EdgeObservation> observations;
   TrackHealth health;
@@ -50,20 +53,25 @@ class PoseRefiner {
   }
 
   // One round of search for each range, from wide to narrow.
-  Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px);
-  Estimate refine(const SE3& start) { return refine(start, usualRanges()); }
+  Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px,
+                  const std::optional<PosePrior>& prior = std::nullopt);
+  Estimate refine(const SE3& start, const std::optional<PosePrior>& prior = std::nullopt) {
+    return refine(start, usualRanges(), prior);
+  }
 
   // Where the picture is smeared by the motion since T_before, the pose of the last frame.
-  Estimate refineSmeared(const SE3& start, const SE3& T_before);
+  Estimate refineSmeared(const SE3& start, const SE3& T_before,
+                         const std::optional<PosePrior>& prior);
 
   // A given start may be off by a hair or by many pixels, where a wide search finds too much: the
   // ranges that lead to the best agreement are right.
-  Estimate refineStart(const SE3& start);
+  Estimate refineStart(const SE3& start, const std::optional<PosePrior>& prior = std::nullopt);
 
   // Round things have poses side by side that look nearly alike, centimetres apart. From a pose,
   // steps along the principal directions of what its edges know, each refined: goes to the best
   // fit, as long as there is a better one.
-  Estimate searchNeighbours(Estimate estimate);
+  Estimate searchNeighbours(Estimate estimate,
+                            const std::optional<PosePrior>& prior = std::nullopt);
 
   // The cheap version of refine() for the many poses of a particle filter: edges alone, at the
   // given samples, and how likely the pose is before and after.
