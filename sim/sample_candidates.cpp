@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/prefetch.h"
+
 namespace diorama {
 
 using simd::Float8;
@@ -33,7 +35,8 @@ Float8 dot(const LinearForm& f, const Vector8& v) { return f.a * v.x + (f.b * v.
 // The triangles nearest to the camera along some rays.
 struct SampleCandidates::Nearest {
   Float8 inverse_depth = splat(0.f);
-  Int8 place = splat(-1);  // among the candidates
+  Int8 triangle = splat(-1);
+  Float8 weight0 = splat(1.f), weight1 = splat(0.f), weight2 = splat(0.f);
 };
 
 struct SampleCandidates::Rays {
@@ -125,33 +128,51 @@ void SampleCandidates::sortIn(const PlacedTriangle& t) {
 SampleCandidates::Candidate SampleCandidates::candidate(const PlacedTriangle& t) const {
   const Vector3f p0 = scene_.corner(t.triangle, 0), p1 = scene_.corner(t.triangle, 1),
                  p2 = scene_.corner(t.triangle, 2);
+  prefetchTriangle(scene_, t.triangle);
   return {t, t.side * (p2 - p1), t.side * (p0 - p2), t.side * (p1 - p0)};
 }
 
+// Neither this nor findTouched() branches on what a candidate touches: such branches are guessed
+// wrongly so often that arithmetic which is not needed takes less time.
 void SampleCandidates::choose(int p, int lanes) {
   pixel_count_.fill(0);
   if (!gathered_) return;
+  const size_t count = findTouched(p, lanes);
+  per_pixel_ = count + 1;
+  if (in_pixel_.size() < 8 * per_pixel_) in_pixel_.resize(8 * per_pixel_);
+  for (auto rest = static_cast<unsigned>(lanes); rest != 0; rest &= rest - 1) {
+    const auto lane = static_cast<size_t>(__builtin_ctz(rest));
+    uint32_t* list = &in_pixel_[lane * per_pixel_];
+    size_t found = 0;
+    for (size_t k = 0; k < count; ++k) {
+      list[found] = touched_[k].place;
+      found += static_cast<size_t>(touched_[k].lanes >> lane & 1);
+    }
+    pixel_count_[lane] = found;
+  }
+}
+
+// Candidates that samples of those pixels of a packet may meet: how many there are.
+size_t SampleCandidates::findTouched(int p, int lanes) {
   const PacketRays& packet = table_.packet(tile_, p);
   const Float8 x = simd::load(packet.x), y = simd::load(packet.y);
   const Float8 half_x = splat(margin_x_), half_y = splat(margin_y_);
   const size_t block = blockOf(p);
   chosen_farthest_ = farthest_[block / kTileBlocks][static_cast<int>(block % kTileBlocks)];
+  if (touched_.size() <= in_block_[block].size()) touched_.resize(in_block_[block].size() + 1);
+  size_t count = 0;
   for (const uint32_t place : in_block_[block]) {
     const PlacedTriangle& t = candidates_[place].placed;
     const Int8 in_box = (x <= t.box.x1 + margin_x_) & (x >= t.box.x0 - margin_x_) &
                         (y <= t.box.y1 + margin_y_) & (y >= t.box.y0 - margin_y_);
-    if ((simd::bits(in_box) & lanes) == 0) continue;
     const auto most = [&](const LinearForm& f) { return f.most(x, y, half_x, half_y); };
     const Float8 inside = simd::min(simd::min(most(t.weight0), most(t.weight1)), most(t.weight2));
-    const Int8 touched =
-        in_box & (inside >= 0.f) & (most(t.inverse_depth) >= kBehind * chosen_farthest_);
-    for (auto rest = static_cast<unsigned>(simd::bits(touched) & lanes); rest != 0;
-         rest &= rest - 1) {
-      const auto lane = static_cast<size_t>(__builtin_ctz(rest));
-      if (pixel_count_[lane] < kMost) in_pixel_[lane][pixel_count_[lane]] = place;
-      ++pixel_count_[lane];
-    }
+    const Int8 in_sight = most(t.inverse_depth) >= kBehind * chosen_farthest_;
+    const int touched = simd::bits(in_box & (inside >= 0.f) & in_sight) & lanes;
+    touched_[count] = {place, touched};
+    count += touched != 0;
   }
+  return count;
 }
 
 PacketHits SampleCandidates::closest(size_t lane, const RayPacket& rays) const {
@@ -160,8 +181,7 @@ PacketHits SampleCandidates::closest(size_t lane, const RayPacket& rays) const {
   const Rays seen(rays, tiles_.camera());
   Nearest nearest;
   for (size_t k = 0; k < pixel_count_[lane]; ++k) {
-    const uint32_t place = in_pixel_[lane][k];
-    const Candidate& c = candidates_[place];
+    const Candidate& c = candidates_[in_pixel_[lane * per_pixel_ + k]];
     const auto [w0, w1, w2] = c.weights(seen);
     // A triangle that is seen nearly edge-on may turn its other side while the camera moves.
     const Int8 inside =
@@ -171,34 +191,24 @@ PacketHits SampleCandidates::closest(size_t lane, const RayPacket& rays) const {
         dot(inverse_depth, seen.direction) / (1.f - dot(inverse_depth, seen.start));
     const Int8 nearer = inside & (inverse > nearest.inverse_depth);
     nearest.inverse_depth = simd::select(nearer, inverse, nearest.inverse_depth);
-    nearest.place = simd::select(nearer, splat(static_cast<int>(place)), nearest.place);
+    nearest.triangle =
+        simd::select(nearer, splat(static_cast<int>(c.placed.triangle)), nearest.triangle);
+    nearest.weight0 = simd::select(nearer, w0, nearest.weight0);
+    nearest.weight1 = simd::select(nearer, w1, nearest.weight1);
+    nearest.weight2 = simd::select(nearer, w2, nearest.weight2);
   }
   // Behind what the pixels show there may be more than the candidates.
-  if (simd::bits((nearest.place < splat(0)) |
+  if (simd::bits((nearest.triangle < splat(0)) |
                  (nearest.inverse_depth < kSurelyBehind * chosen_farthest_)) != 0)
     return trace();
-  return hitsOf(nearest, seen);
-}
-
-PacketHits SampleCandidates::hitsOf(const Nearest& nearest, const Rays& rays) const {
+  const Float8 sum = nearest.weight0 + nearest.weight1 + nearest.weight2;
   PacketHits hits;
   hits.mask = splat(-1);
   hits.t = splat(1.f) / nearest.inverse_depth;
-  hits.u = hits.v = splat(0.f);
+  hits.u = nearest.weight1 / sum;
+  hits.v = nearest.weight2 / sum;
   hits.normal = simd::splat3(0, 0, 1);
-  hits.triangle = splat(0);
-  for (unsigned pending = 0xff; pending != 0;) {
-    const int place = nearest.place[__builtin_ctz(pending)];
-    const Candidate& c = candidates_[static_cast<size_t>(place)];
-    const uint32_t triangle = c.placed.triangle;
-    const Int8 lanes = nearest.place == splat(place);
-    const auto [w0, w1, w2] = c.weights(rays);
-    const Float8 sum = w0 + w1 + w2;
-    hits.u = simd::select(lanes, w1 / sum, hits.u);
-    hits.v = simd::select(lanes, w2 / sum, hits.v);
-    hits.triangle = simd::select(lanes, splat(static_cast<int>(triangle)), hits.triangle);
-    pending &= ~static_cast<unsigned>(simd::bits(lanes));
-  }
+  hits.triangle = nearest.triangle;
   return hits;
 }
 

@@ -55,12 +55,16 @@ class SampleCandidates {
     std::array<simd::Float8, 3> weights(const Rays& rays) const;
   };
   struct Nearest;
+  struct Touched {
+    uint32_t place;  // among the candidates
+    int lanes;       // a bit each
+  };
 
   void gatherBlocks(const RoughPixels& rough, Reach reach, const TruthBuffer& truth);
   void sortIn(const PlacedTriangle& triangle);
   Candidate candidate(const PlacedTriangle& triangle) const;
+  size_t findTouched(int p, int lanes);
   PacketHits closest(size_t lane, const RayPacket& rays) const;
-  PacketHits hitsOf(const Nearest& nearest, const Rays& rays) const;
 
   const RenderScene& scene_;
   const RayTable& table_;
@@ -74,7 +78,9 @@ class SampleCandidates {
   std::vector<const PlacedTriangle*> listed_;
   std::vector<Candidate> candidates_;
   std::array<std::vector<uint32_t>, kBlocks> in_block_;
-  std::array<std::array<uint32_t, kMost>, 8> in_pixel_;
+  std::vector<Touched> touched_;    // what samples of the chosen pixels may meet
+  std::vector<uint32_t> in_pixel_;  // places of those of each lane, one lane after the other
+  size_t per_pixel_ = 0;            // from one lane's first to the next one's
   std::array<size_t, 8> pixel_count_{};
   float chosen_farthest_ = 0;
 };

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "sim/prefetch.h"
 #include "sim/tile_rays.h"
 #include "sim/triangle_part.h"
 
@@ -38,8 +39,8 @@ void meetPacket(const PlacedTriangle& t, int place, const PacketRays& packet, Ne
   nearest.place = simd::select(nearer, splat(place), nearest.place);
 }
 
-PacketHits hitsOf(const std::vector<ListedTriangle>& list, const PacketRays& packet,
-                  const Nearest& nearest) {
+PacketHits hitsOf(const RenderScene& scene, const std::vector<ListedTriangle>& list,
+                  const PacketRays& packet, const Nearest& nearest) {
   PacketHits hits;
   hits.mask = simd::maskOfBits(packet.valid) & (nearest.place >= splat(0));
   const Float8 t_roughly = splat(1.f) / nearest.inverse_depth;
@@ -54,6 +55,7 @@ PacketHits hitsOf(const std::vector<ListedTriangle>& list, const PacketRays& pac
     const PlacedTriangle& t = *placed;
     const Int8 lanes = nearest.place == splat(place);
     const Float8 w1 = t.weight1(x, y), w2 = t.weight2(x, y), sum = t.weight0(x, y) + w1 + w2;
+    prefetchTriangle(scene, t.triangle);
     hits.t = simd::select(lanes, plane->depth(packet), hits.t);
     hits.u = simd::select(lanes, w1 / sum, hits.u);
     hits.v = simd::select(lanes, w2 / sum, hits.v);
@@ -86,8 +88,8 @@ class TileMeeting {
     }
   }
 
-  PacketHits hits(int p) const {
-    return hitsOf(list_, table_.packet(tile_, p), nearest_[static_cast<size_t>(p)]);
+  PacketHits hits(int p, const RenderScene& scene) const {
+    return hitsOf(scene, list_, table_.packet(tile_, p), nearest_[static_cast<size_t>(p)]);
   }
 
  private:
@@ -280,7 +282,8 @@ void TriangleTiles::meet(int tile, TileHits& hits) const {
   TileMeeting meeting(state_->table, tile, rays(tile));
   state_->visit(tile,
                 [&](const PlacedTriangle& t, const CameraPlane& plane) { meeting.meet(t, plane); });
-  for (int p = 0; p < kPacketsPerTile; ++p) hits[static_cast<size_t>(p)] = meeting.hits(p);
+  for (int p = 0; p < kPacketsPerTile; ++p)
+    hits[static_cast<size_t>(p)] = meeting.hits(p, state_->scene);
 }
 
 const CameraFrame& TriangleTiles::camera() const { return state_->camera; }
