@@ -24,11 +24,11 @@ struct TensorRow {
 
 // Sobel's gradients: across them they smooth the steps of outlines that are drawn without
 // smoothing, which are no corners.
-void multiplyGradients(const Image<uint8_t>& image, int y, TensorRow& out) {
-  const uint8_t *above = image.row(y - 1), *at = image.row(y), *below = image.row(y + 1);
-  // Not one of them overlaps with another: the loop is done in vectors.
-  int* __restrict xx = out.xx.data(), * __restrict yy = out.yy.data(), * __restrict xy = out.xy.data();
-  for (int x = 1; x + 1 < image.width; ++x) {
+// None of the rows overlaps with another: the loop is done in vectors.
+void multiplyGradients(const uint8_t* __restrict above, const uint8_t* __restrict at,
+                       const uint8_t* __restrict below, int width, int* __restrict xx,
+                       int* __restrict yy, int* __restrict xy) {
+  for (int x = 1; x + 1 < width; ++x) {
     const int left = above[x - 1] + 2 * at[x - 1] + below[x - 1];
     const int right = above[x + 1] + 2 * at[x + 1] + below[x + 1];
     const int top = above[x - 1] + 2 * above[x] + above[x + 1];
@@ -40,19 +40,23 @@ void multiplyGradients(const Image<uint8_t>& image, int y, TensorRow& out) {
   }
 }
 
-void sumAlong(const std::vector<int>& values, std::vector<int>& sums) {
-  const int end = static_cast<int>(values.size()) - kMargin;
-  const int* v = values.data();
-  int* s = sums.data();
-  for (int x = kMargin; x < end; ++x)
-    s[x] = ((v[x - 4] + v[x - 3]) + (v[x - 2] + v[x - 1])) +
-           ((v[x] + v[x + 1]) + (v[x + 2] + v[x + 3]));
+// Sums over the window's width: what enters a running sum of rows, in place of the oldest row.
+void moveWindow(const int* __restrict v, int width, int* __restrict oldest, int* __restrict sum) {
+  for (int x = kMargin; x < width - kMargin; ++x) {
+    const int entering = ((v[x - 4] + v[x - 3]) + (v[x - 2] + v[x - 1])) +
+                         ((v[x] + v[x + 1]) + (v[x + 2] + v[x + 3]));
+    sum[x] += entering - oldest[x];
+    oldest[x] = entering;
+  }
 }
 
-// Adds what enters a running sum and takes what leaves it.
-void replace(const std::vector<int>& entering, std::vector<int>& leaving, std::vector<int>& sum) {
-  for (size_t x = 0; x < sum.size(); ++x) sum[x] += entering[x] - leaving[x];
-  leaving = entering;
+// values[i] becomes 0 where least[i] is above at[i].
+void dropBelow(const float* __restrict at, const float* __restrict least, Eigen::Index n,
+               float* __restrict values) {
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const float value = values[i];
+    values[i] = at[i] >= least[i] ? value : 0.f;
+  }
 }
 
 // 0 where the largest eigenvalue is too much larger.
@@ -65,24 +69,24 @@ void smallestEigenvalues(const TensorRow& tensors, float least_ratio, float* sco
   };
   const Row xx = valuesOf(tensors.xx), yy = valuesOf(tensors.yy), xy = valuesOf(tensors.xy);
   const Row sum = xx + yy, apart = ((xx - yy).square() + 4 * xy.square()).sqrt();
-  Eigen::Map<Row>(scores + kMargin, n) =
-      (sum - apart >= least_ratio * (sum + apart)).select(kScale * (sum - apart), 0.f);
+  const Row smallest = sum - apart, least = least_ratio * (sum + apart);
+  Eigen::Map<Row>(scores + kMargin, n) = kScale * smallest;
+  dropBelow(smallest.data(), least.data(), n, scores + kMargin);
 }
 
 // Smallest eigenvalue of the structure tensor, averaged over 8 x 8 pixels, for every pixel.
 Image<float> cornerScores(const Image<uint8_t>& image, float least_ratio) {
-  static_assert(kWindow == 4, "sumAlong() adds so many");
+  static_assert(kWindow == 4, "moveWindow() adds so many");
   const int w = image.width, h = image.height;
   Image<float> scores(w, h, 0.f);
-  TensorRow products(w), along(w), window(w);
+  TensorRow products(w), window(w);
   std::vector<TensorRow> ring(2 * kWindow, TensorRow(w));  // the rows in the window
   for (int y = 1; y + 1 < h; ++y) {
     TensorRow& oldest = ring[static_cast<size_t>(y % (2 * kWindow))];
-    multiplyGradients(image, y, products);
-    for (auto part : {&TensorRow::xx, &TensorRow::yy, &TensorRow::xy}) {
-      sumAlong(products.*part, along.*part);
-      replace(along.*part, oldest.*part, window.*part);
-    }
+    multiplyGradients(image.row(y - 1), image.row(y), image.row(y + 1), w, products.xx.data(),
+                      products.yy.data(), products.xy.data());
+    for (auto part : {&TensorRow::xx, &TensorRow::yy, &TensorRow::xy})
+      moveWindow((products.*part).data(), w, (oldest.*part).data(), (window.*part).data());
     const int middle = y - (kWindow - 1);
     if (middle >= kMargin && middle < h - kMargin)
       smallestEigenvalues(window, least_ratio, scores.row(middle));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "vo/reprojection.h"
 
@@ -10,12 +11,23 @@ namespace diorama::vo {
 namespace {
 
 constexpr double kFastPx = 16;  // from frame to frame: a step of the share is a pixel
-constexpr int kFeaturesPerFrame = 20;
+constexpr size_t kFeaturesPerFrame = 20;
 constexpr int kFeaturesPerStep = 120;
 
 Vector2d motionOf(const Camera& camera, const TrackedFrame& frame, const Vector3d& p_camera) {
   const auto now = camera.project(p_camera), before = camera.project(frame.T_before_now * p_camera);
   return now && before ? Vector2d(*now - *before) : Vector2d::Zero();
+}
+
+std::vector<const Feature*> fastFeatures(const Camera& camera, const TrackedFrame& frame) {
+  const SE3 T_camera_world = frame.T_world_camera.inverse();
+  std::vector<const Feature*> fast;
+  for (const Feature& feature : frame.features) {
+    if (fast.size() == kFeaturesPerFrame) break;
+    if (motionOf(camera, frame, T_camera_world * feature.point->p_world).norm() >= kFastPx)
+      fast.push_back(&feature);
+  }
+  return fast;
 }
 
 }  // namespace
@@ -36,19 +48,16 @@ Vector2d smearOf(const Camera& camera, const TrackedFrame& frame, const TrackedF
 
 void ExposureLearning::learn(const Camera& camera, const TrackedFrame& frame) {
   if (!options_.blur_patches) return;
+  const std::vector<const Feature*> fast = fastFeatures(camera, frame);
+  if (fast.empty()) return;
   TrackedFrame shorter = frame, same = frame, longer = frame;
   shorter.exposure_share = std::max(0.0, share_ - kStep);
   same.exposure_share = share_;
   longer.exposure_share = std::min(1.0, share_ + kStep);
-  const SE3 T_camera_world = frame.T_world_camera.inverse();
-  int tried = 0;
-  for (const Feature& feature : frame.features) {
-    if (tried == kFeaturesPerFrame) break;
-    if (motionOf(camera, frame, T_camera_world * feature.point->p_world).norm() < kFastPx) continue;
-    ++tried;
-    const auto a = patchDifference(camera, shorter, feature, options_);
-    const auto b = patchDifference(camera, same, feature, options_);
-    const auto c = patchDifference(camera, longer, feature, options_);
+  for (const Feature* feature : fast) {
+    const auto a = patchDifference(camera, shorter, *feature, options_);
+    const auto b = patchDifference(camera, same, *feature, options_);
+    const auto c = patchDifference(camera, longer, *feature, options_);
     if (!a || !b || !c) continue;
     shorter_ += *a, same_ += *b, longer_ += *c;
     ++count_;

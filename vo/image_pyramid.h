@@ -1,6 +1,9 @@
 // Half-sampled copies of a grey image, square blocks read between pixels, and the image's noise.
 #pragma once
 
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -34,11 +37,19 @@ bool sampleBlock(const Image<uint8_t>& image, const Vector2d& centre, float* val
   const int xi = static_cast<int>(x), yi = static_cast<int>(y);
   const float a = static_cast<float>(x - xi), b = static_cast<float>(y - yi);
   const float w00 = (1 - a) * (1 - b), w01 = a * (1 - b), w10 = (1 - a) * b, w11 = a * b;
+  // Copied first, so that the rest is done in vectors.
+  constexpr int kSide = N + 1;
+  std::array<uint8_t, kSide * kSide> bytes;
+  std::array<float, kSide * kSide> pixels;
+  for (int r = 0; r < kSide; ++r)
+    std::copy_n(image.row(yi + r) + xi, kSide, &bytes[static_cast<size_t>(r * kSide)]);
+  for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = bytes[i];
+  using Row = Eigen::Array<float, N, 1>;
   for (int r = 0; r < N; ++r) {
-    const uint8_t* p = image.row(yi + r) + xi;
-    const uint8_t* q = p + image.width;
-    for (int c = 0; c < N; ++c)
-      values[r * N + c] = w00 * p[c] + w01 * p[c + 1] + w10 * q[c] + w11 * q[c + 1];
+    const float* p = &pixels[static_cast<size_t>(r * kSide)];
+    const float* q = p + kSide;
+    Row::Map(values + r * N) =
+        w00 * Row::Map(p) + w01 * Row::Map(p + 1) + w10 * Row::Map(q) + w11 * Row::Map(q + 1);
   }
   return true;
 }

@@ -26,16 +26,41 @@ bool fits(const Image<uint8_t>& image, const Vector2d& centre, const Matrix2d& A
 
 // Values of the image at centre + A * offset.
 Patch sampleAffine(const Image<uint8_t>& image, const Vector2d& centre, const Matrix2d& A) {
-  Patch patch;
+  constexpr size_t kPixels = Patch::kBordered * Patch::kBordered;
   const Eigen::Matrix2f a = A.cast<float>();
   const Eigen::Vector2f c = centre.cast<float>();
-  size_t k = 0;
-  for (int y = -kHalf; y < kHalf; ++y)
-    for (int x = -kHalf; x < kHalf; ++x, ++k) {
-      const float dx = static_cast<float>(x), dy = static_cast<float>(y);
-      patch.bordered[k] = sampleBilinear(image, c.x() + a(0, 0) * dx + a(0, 1) * dy,
-                                         c.y() + a(1, 0) * dx + a(1, 1) * dy);
+  // Where they lie, what the four pixels around are, and what is between: reading apart from
+  // reckoning, which is done in vectors.
+  std::array<float, kPixels> x, y;
+  std::array<uint8_t, kPixels> p00, p01, p10, p11;
+  std::array<int, kPixels> at;
+  for (int row = 0; row < Patch::kBordered; ++row)
+    for (int column = 0; column < Patch::kBordered; ++column) {
+      const size_t k = static_cast<size_t>(row * Patch::kBordered + column);
+      const float dx = static_cast<float>(column - kHalf), dy = static_cast<float>(row - kHalf);
+      x[k] = c.x() + a(0, 0) * dx + a(0, 1) * dy;
+      y[k] = c.y() + a(1, 0) * dx + a(1, 1) * dy;
     }
+  for (size_t k = 0; k < kPixels; ++k) {
+    const int xi = static_cast<int>(x[k]), yi = static_cast<int>(y[k]);
+    x[k] -= static_cast<float>(xi);
+    y[k] -= static_cast<float>(yi);
+    at[k] = yi * image.width + xi;
+  }
+  const uint8_t* pixels = image.row(0);
+  for (size_t k = 0; k < kPixels; ++k) {
+    const uint8_t *p = pixels + at[k], *q = p + image.width;
+    p00[k] = p[0];
+    p01[k] = p[1];
+    p10[k] = q[0];
+    p11[k] = q[1];
+  }
+  Patch patch;
+  for (size_t k = 0; k < kPixels; ++k) {
+    const float top = static_cast<float>(p00[k]) + x[k] * static_cast<float>(p01[k] - p00[k]);
+    const float bottom = static_cast<float>(p10[k]) + x[k] * static_cast<float>(p11[k] - p10[k]);
+    patch.bordered[k] = top + y[k] * (bottom - top);
+  }
   return patch;
 }
 
