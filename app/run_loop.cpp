@@ -186,7 +186,7 @@ Session::Session(const RunArguments& arguments, const RunInput& input, int first
       rays(std::make_shared<const EmbreeRayQuery>(meshesOf(models))),
       parts{method,
             makeObjects(arguments, input, first_frame, options, rays),
-            method == Method::kEbt ? nullptr : makeOdometry(arguments, input, options),
+            method == Method::kEbt ? nullptr : makeOdometry(arguments, input, options, rays),
             makeDetector(arguments, input, options, rays),
             mapperOptions(arguments, options),
             options.pipeline},

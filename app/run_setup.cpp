@@ -56,11 +56,20 @@ bool usesVisualOdometry(const RunArguments& arguments) {
   return std::find(names.begin(), names.end(), "vo") != names.end();
 }
 
+std::vector<std::string> namesOf(const RunInput& input) {
+  std::vector<std::string> names;
+  for (const KnownObject& object : input.objects) names.push_back(object.model.name);
+  return names;
+}
+
 std::unique_ptr<Odometry> makeOdometry(const std::string& name, const RunArguments& arguments,
-                                       const RunInput& input, const RunOptions& options) {
+                                       const RunInput& input, const RunOptions& options,
+                                       const std::shared_ptr<const RayQuery>& rays) {
   if (const auto file = replayFile(name))
     return std::make_unique<ReplayOdometry>(readMeasurements(*file).odometry, "replay");
-  if (name == "vo") return std::make_unique<VisualOdometry>(input.source->camera(), options.vo);
+  if (name == "vo")
+    return std::make_unique<VisualOdometry>(input.source->camera(), options.vo, "vo",
+                                            KnownShapes{rays, namesOf(input)});
   if (name != "simulated")
     throw UsageError("--odometry " + name +
                      ": possible: vo, simulated, replay:FILE, or several with commas between");
@@ -74,10 +83,11 @@ std::unique_ptr<Odometry> makeOdometry(const std::string& name, const RunArgumen
 }  // namespace
 
 std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input,
-                                       const RunOptions& options) {
+                                       const RunOptions& options,
+                                       const std::shared_ptr<const RayQuery>& rays) {
   std::vector<OdometryRelay::Runner> runners;
   for (const std::string& name : odometryNames(arguments))
-    runners.push_back({name, makeOdometry(name, arguments, input, options)});
+    runners.push_back({name, makeOdometry(name, arguments, input, options, rays)});
   if (runners.size() == 1) return std::move(runners.front().odometry);
   return std::make_unique<OdometryRelay>(std::move(runners));
 }

@@ -30,8 +30,10 @@ void checkSupported(const RunArguments& arguments);
 
 // The odometry, and one tracker for each object, with its initial pose where that is asked for.
 // Throw InputError when the input lacks what they need.
+// `rays` counts the objects as the input does.
 std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunInput& input,
-                                       const RunOptions& options);
+                                       const RunOptions& options,
+                                       const std::shared_ptr<const RayQuery>& rays);
 std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const RunInput& input,
                                         int first_frame, const RunOptions& options,
                                         const std::shared_ptr<const RayQuery>& rays);

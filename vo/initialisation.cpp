@@ -19,9 +19,6 @@ constexpr double kReachPx = 8;   // of a corner from frame to frame, at each lev
 constexpr double kRayGapPx = 4;  // between two rays that meet in a point; poses are not exact yet
 constexpr double kWorstScale = 0.2;  // relative sigma of a baseline that is of any use
 constexpr int kCorners = 300;        // more than features, since some will be lost
-// Of the followed corners, in the first points: an object that moves itself takes its own along.
-constexpr double kFewestAgree = 0.6;
-constexpr double kSmallestMotion = 0.25;  // of the disparity that starts: less is none
 // Small images have few cells, and never more features: this share of them is enough.
 constexpr double kFewestOfCells = 0.25;
 
@@ -98,13 +95,16 @@ double Initialisation::medianDisparity(const Eigen::Quaterniond& R_second_first)
   return lengths.empty() ? 0 : median(std::move(lengths));
 }
 
+double Initialisation::motionInImage() const {
+  return medianDisparity(Eigen::Quaterniond::Identity());
+}
+
 // A camera that turns against its motion keeps what it looks at in place: objects that say how it
 // turned show the parallax that is left. But where nothing moves in the image, it is the object
 // that does.
 bool Initialisation::hasParallax(std::span<const ObjectMeasurement> objects) const {
-  const double seen_px = medianDisparity(Eigen::Quaterniond::Identity());
-  if (seen_px >= options_.start_disparity_px) return true;
-  if (seen_px < kSmallestMotion * options_.start_disparity_px) return false;
+  if (motionInImage() >= options_.start_disparity_px) return true;
+  if (motionInImage() < kSmallestMotion * options_.start_disparity_px) return false;
   for (const SE3& motion : motionsOfObjects(objects))
     if (medianDisparity(motion.rotation.conjugate()) >= options_.start_disparity_px) return true;
   return false;

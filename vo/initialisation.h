@@ -22,6 +22,10 @@ struct FollowedCorner {
   std::vector<Patch> patches;  // one per level from the corner's own upwards
 };
 
+// Of the followed corners, in the first points: an object that moves itself takes its own along.
+constexpr double kFewestAgree = 0.6;
+constexpr double kSmallestMotion = 0.25;  // of the disparity that starts: less is none
+
 struct StartAttempt {
   bool started = false;
   bool metric = false;
@@ -48,12 +52,17 @@ class Initialisation {
   std::string hopeless() const;
   void clear() { first_ = {}; }
 
+  const std::vector<FollowedCorner>& corners() const { return corners_; }
+  // The median, of the corners from the first keyframe to the last frame, px.
+  double motionInImage() const;
+  // The camera's, T_first_now, as each object tells it.
+  std::vector<SE3> motionsOfObjects(std::span<const ObjectMeasurement> objects) const;
+
  private:
   bool followCorner(const ImagePyramid& pyramid, FollowedCorner& corner) const;
   double medianDisparity(const Eigen::Quaterniond& R_second_first) const;
   int fewestPoints() const;
   bool hasParallax(std::span<const ObjectMeasurement> objects) const;
-  std::vector<SE3> motionsOfObjects(std::span<const ObjectMeasurement> objects) const;
   int countPoints(const SE3& T_first_second) const;
   std::optional<SE3> motionFromCorners() const;
   std::optional<SE3> metricMotion(std::span<const ObjectMeasurement> objects,

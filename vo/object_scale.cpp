@@ -12,6 +12,14 @@ bool isUsable(const ObjectMeasurement& m) {
          m.covariance.llt().info() == Eigen::Success;
 }
 
+Matrix6d covarianceOf(const ObjectMeasurement& m, const VoOptions& options) {
+  Matrix6d covariance = options.object_sigma_scale * options.object_sigma_scale * m.covariance;
+  const double floor_m = options.object_sigma_min_m, floor_rad = options.object_sigma_min_rad;
+  covariance.diagonal().head<3>().array() += floor_m * floor_m;
+  covariance.diagonal().tail<3>().array() += floor_rad * floor_rad;
+  return covariance;
+}
+
 int attachObjects(Map& map, Keyframe& keyframe, std::span<const ObjectMeasurement> objects,
                   const VoOptions& options) {
   int added = 0;
@@ -20,11 +28,7 @@ int attachObjects(Map& map, Keyframe& keyframe, std::span<const ObjectMeasuremen
     const size_t known = map.objects.size(), index = map.objectIndex(m.object);
     if (index == known)
       map.objects[index].T_world_object = keyframe.T_world_camera * m.T_camera_object;
-    Matrix6d covariance = options.object_sigma_scale * options.object_sigma_scale * m.covariance;
-    const double floor_m = options.object_sigma_min_m, floor_rad = options.object_sigma_min_rad;
-    covariance.diagonal().head<3>().array() += floor_m * floor_m;
-    covariance.diagonal().tail<3>().array() += floor_rad * floor_rad;
-    keyframe.objects.push_back({index, m.T_camera_object, covariance.inverse()});
+    keyframe.objects.push_back({index, m.T_camera_object, covarianceOf(m, options).inverse()});
     ++added;
   }
   return added;

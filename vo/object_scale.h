@@ -21,6 +21,9 @@ void placeObject(Map& map, size_t object);
 // Whether a measurement can be used at all.
 bool isUsable(const ObjectMeasurement& measurement);
 
+// Of its pose, as the options have it: no measurement is better than their least sigmas.
+Matrix6d covarianceOf(const ObjectMeasurement& measurement, const VoOptions& options);
+
 // The translation of T_a_b that an object at rest implies, given the rotation: p_a - R_a_b p_b.
 Vector3d pathOfObject(const SE3& T_a_b, const SE3& T_a_object, const SE3& T_b_object);
 

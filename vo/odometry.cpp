@@ -1,6 +1,6 @@
 // The main path of the visual odometry. A frame, in track():
 //
-//   start          until there is a map: follow corners (initialisation)
+//   start          until there is a map: follow corners (initialisation, surface_start)
 //   align          motion from the last frame, by grey values around features (sparse_alignment)
 //   reproject      find the map's points, one per cell, by their patches (reprojection)
 //   refine         the pose from the points' pixels (pose_refinement)
@@ -26,6 +26,7 @@
 #include "vo/relocalisation.h"
 #include "vo/reprojection.h"
 #include "vo/sparse_alignment.h"
+#include "vo/surface_start.h"
 #include "vo/tracking_quality.h"
 #include "vo/whole_image.h"
 
@@ -59,10 +60,11 @@ Matrix6d covarianceOfUnknownScale(const SE3& T_from_to) {
 
 class VisualOdometry::Implementation {
  public:
-  Implementation(Camera camera, VoOptions options, std::string source_name)
+  Implementation(Camera camera, VoOptions options, std::string source_name, ObjectSurfaces surfaces)
       : options_(options),
         camera_(std::move(camera)),
         source_(std::move(source_name)),
+        surfaces_(std::move(surfaces)),
         initialisation_(camera_, options_),
         quality_(options_),
         mapping_(camera_, options_),
@@ -95,6 +97,7 @@ class VisualOdometry::Implementation {
   const VoOptions options_;
   const Camera camera_;
   const std::string source_;
+  const ObjectSurfaces surfaces_;
 
   Initialisation initialisation_;
   TrackingQuality quality_;
@@ -262,11 +265,13 @@ void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> ob
   if (!initialisation_.begun() || (object_seen && !initialisation_.sawObject()))
     return initialisation_.begin(now_, objects);
   const bool without_scale = ++start_frames_ >= options_.start_wait_frames;
-  const StartAttempt attempt =
-      initialisation_.tryStart(now_, objects, without_scale, mapping_.map());
+  StartAttempt attempt = initialisation_.tryStart(now_, objects, without_scale, mapping_.map());
+  std::string reason = attempt.started ? "" : initialisation_.hopeless();
+  if (!attempt.started && reason.empty()) return;
+  if (!attempt.started)
+    attempt = startFromSurfaces(camera_, initialisation_, now_, objects, surfaces_, options_,
+                                mapping_.map());
   if (!attempt.started) {
-    std::string reason = initialisation_.hopeless();
-    if (reason.empty()) return;
     if (!attempt.reason.empty()) reason += "; " + attempt.reason;
     note("reset", 0, "no start: " + reason);
     return initialisation_.begin(now_, objects);
@@ -282,9 +287,11 @@ void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> ob
   previous_ns_ = keyframe.timestamp_ns;
 }
 
-VisualOdometry::VisualOdometry(Camera camera, VoOptions options, std::string source_name)
-    : implementation_(
-          std::make_unique<Implementation>(std::move(camera), options, std::move(source_name))) {}
+VisualOdometry::VisualOdometry(Camera camera, VoOptions options, std::string source_name,
+                               KnownShapes shapes)
+    : implementation_(std::make_unique<Implementation>(
+          std::move(camera), options, std::move(source_name),
+          ObjectSurfaces(std::move(shapes.rays), std::move(shapes.names)))) {}
 VisualOdometry::~VisualOdometry() = default;
 
 std::optional<OdometryMeasurement> VisualOdometry::track(const Frame& frame) {

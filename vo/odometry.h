@@ -4,16 +4,25 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/camera.h"
 #include "core/odometry.h"
+#include "core/ray_query.h"
 #include "vo/vo_options.h"
 
 namespace diorama {
 
+// Shapes of objects that it may be told of.
+struct KnownShapes {
+  std::shared_ptr<const RayQuery> rays;  // null: none
+  std::vector<std::string> names;        // of the objects, as `rays` counts them
+};
+
 class VisualOdometry : public Odometry {
  public:
-  explicit VisualOdometry(Camera camera, VoOptions options = {}, std::string source_name = "vo");
+  explicit VisualOdometry(Camera camera, VoOptions options = {}, std::string source_name = "vo",
+                          KnownShapes shapes = {});
   ~VisualOdometry() override;
   VisualOdometry(const VisualOdometry&) = delete;
   VisualOdometry& operator=(const VisualOdometry&) = delete;

@@ -64,9 +64,10 @@ struct TexturedRoom {
                                   -0.2 + 0.1 * std::sin(0.6 * t))};
   }
 
+  static SE3 poseOfObject() { return {expSO3(Vector3d(0.3, 0.2, 0.1)), Vector3d(0.1, 0.1, 0.7)}; }
   // Where a known object is, as a tracker with 1 mm and 0.1 degrees of noise measures it.
-  ObjectMeasurement measureObject(const SE3& T_world_camera, int index) const {
-    const SE3 T_world_object{expSO3(Vector3d(0.3, 0.2, 0.1)), Vector3d(0.1, 0.1, 0.7)};
+  ObjectMeasurement measureObject(const SE3& T_world_camera, int index,
+                                  const SE3& T_world_object = poseOfObject()) const {
     constexpr double sigma_m = 1e-3, sigma_rad = 1.7e-3;
     const Random random(11, RandomStream::kTest);
     const auto a = random.normal(static_cast<uint32_t>(index), 0);
@@ -86,6 +87,19 @@ struct TexturedRoom {
     return m;
   }
 
+  // In units of the direction's length.
+  static double distanceToPillar(const Vector3d& origin, const Vector3d& direction) {
+    const Vector3d low(-0.35, -0.8, 0.55), high(-0.1, 0.8, 0.8);
+    double enter = 0, leave = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < 3; ++k) {
+      double a = (low[k] - origin[k]) / direction[k], b = (high[k] - origin[k]) / direction[k];
+      if (a > b) std::swap(a, b);
+      enter = std::max(enter, a);
+      leave = std::min(leave, b);
+    }
+    return enter > 0 && enter < leave ? enter : std::numeric_limits<double>::infinity();
+  }
+
  private:
   static constexpr int kRays = 4;
 
@@ -98,18 +112,6 @@ struct TexturedRoom {
         if (t > 0) nearest = std::min(nearest, t);
       }
     return nearest;
-  }
-
-  static double distanceToPillar(const Vector3d& origin, const Vector3d& direction) {
-    const Vector3d low(-0.35, -0.8, 0.55), high(-0.1, 0.8, 0.8);
-    double enter = 0, leave = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < 3; ++k) {
-      double a = (low[k] - origin[k]) / direction[k], b = (high[k] - origin[k]) / direction[k];
-      if (a > b) std::swap(a, b);
-      enter = std::max(enter, a);
-      leave = std::min(leave, b);
-    }
-    return enter > 0 && enter < leave ? enter : std::numeric_limits<double>::infinity();
   }
 
   // Blocks of 5 cm, each of a random grey, in [-1, 1].
