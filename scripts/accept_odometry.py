@@ -57,6 +57,7 @@ ABLATIONS = {"default": [], "no affine brightness": ["--set", "vo.align_affine=f
 def add_arguments(parser):
     add_scenes(parser)
     parser.add_argument("--ablations", action="store_true", help="a table of what each part brings, in place of all else")
+    parser.add_argument("--frames", metavar="A:B", help="of each sequence, with --ablations (default: all)")
 
 
 def longest_recovery(out, sequence):
@@ -152,7 +153,8 @@ def measure_ablations(report, arguments, work):
     for scene in [a + b for b in ("", "_occluded") for a in ("orange_juice", "pasta_box", "detergent")]:
         sequence = sequence_of(work, scene, arguments.scenes)
         for k, (name, options) in enumerate(ABLATIONS.items()):
-            camera = run_odometry(work / f"{scene}_{k}", sequence, *options)[0]["camera"]
+            some = ["--frames", arguments.frames] if arguments.frames else []
+            camera = run_odometry(work / f"{scene}_{k}", sequence, *options, *some)[0]["camera"]
             report.note(f"{scene}, {name}: ate_mean_m, tracked_ratio", f"{camera['ate_mean_m']}, {camera['tracked_ratio']}")
 
 

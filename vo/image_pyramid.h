@@ -1,7 +1,6 @@
 // Half-sampled copies of a grey image, square blocks read between pixels, and the image's noise.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -44,12 +43,12 @@ bool sampleBlock(const Image<uint8_t>& image, const Vector2d& centre, float* val
   for (int r = 0; r < kSide; ++r)
     std::copy_n(image.row(yi + r) + xi, kSide, &bytes[static_cast<size_t>(r * kSide)]);
   for (size_t i = 0; i < pixels.size(); ++i) pixels[i] = bytes[i];
-  using Row = Eigen::Array<float, N, 1>;
   for (int r = 0; r < N; ++r) {
-    const float* p = &pixels[static_cast<size_t>(r * kSide)];
-    const float* q = p + kSide;
-    Row::Map(values + r * N) =
-        w00 * Row::Map(p) + w01 * Row::Map(p + 1) + w10 * Row::Map(q) + w11 * Row::Map(q + 1);
+    const float* __restrict p = &pixels[static_cast<size_t>(r * kSide)];
+    const float* __restrict q = p + kSide;
+    float* __restrict value = values + r * N;
+    for (int c = 0; c < N; ++c)
+      value[c] = w00 * p[c] + w01 * p[c + 1] + w10 * q[c] + w11 * q[c + 1];
   }
   return true;
 }

@@ -19,7 +19,8 @@ constexpr double kMemory = 0.1;  // weight of a new frame in the running mean
 constexpr double kConvincingShare = 0.6;
 constexpr double kRecoveryShare = 0.15;  // of the cells must agree after a loss, for many are tried
 constexpr int kFewestPairs = 8;          // points in both frames, for a scale of their own
-constexpr double kSmallestSigma = 1;
+// Of residuals that no noise disturbs; features count as independent, which they are less then.
+constexpr double kSmallestSigma = 0.5;
 constexpr double kUnknownSigma = 1;  // m, rad: of directions that nothing holds
 
 double healthOf(const ReprojectionResult& reprojected, const PoseRefinement& refined) {

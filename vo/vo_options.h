@@ -52,11 +52,11 @@ struct VoOptions {
   double feature_sigma_px = 0.1;  // beside what noise explains: errors of warp and interpolation
 
   // Pose refinement.
-  int refine_iterations = 10;      // (SVO)
-  double outlier_px = 2;           // (SVO) at the level of the feature
-  double lost_agreement = 0.3;     // fewer of the matched features agree: lost
-  double lost_drop = 0.35;         // as few, compared with the last frames, and in doubt: lost
-  double covariance_scale = 1.25;  // of the standard deviations
+  int refine_iterations = 10;     // (SVO)
+  double outlier_px = 2;          // (SVO) at the level of the feature
+  double lost_agreement = 0.3;    // fewer of the matched features agree: lost
+  double lost_drop = 0.35;        // as few, compared with the last frames, and in doubt: lost
+  double covariance_scale = 1.8;  // of the standard deviations: errors of features are alike
 
   // Keyframes.
   double keyframe_distance = 0.12;  // of the median depth, from every keyframe that looks alike
