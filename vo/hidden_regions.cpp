@@ -37,6 +37,7 @@ HiddenRegions::HiddenRegions(const Camera& camera, const TrackedFrame& frame,
   }
   // Where no points are known, it is as it is around.
   hidden_.resize(counts.size());
+  seen_.resize(counts.size());
   for (int y = 0; y < rows_; ++y)
     for (int x = 0; x < columns_; ++x) {
       const size_t at = static_cast<size_t>(y * columns_ + x);
@@ -48,6 +49,7 @@ HiddenRegions::HiddenRegions(const Camera& camera, const TrackedFrame& frame,
           seen += cell == Cell::kSeen;
         }
       const Cell own = counts[at].judge();
+      seen_[at] = own == Cell::kSeen || (own == Cell::kUnknown && hidden == 0 && seen > 0);
       hidden_[at] = own == Cell::kHidden || (own == Cell::kUnknown && hidden > seen);
     }
 }
@@ -64,6 +66,10 @@ bool HiddenRegions::any() const {
 
 bool HiddenRegions::contains(const Vector2d& u_px) const {
   return !hidden_.empty() && hidden_[cellOf(u_px)];
+}
+
+bool HiddenRegions::isSeen(const Vector2d& u_px) const {
+  return !seen_.empty() && seen_[cellOf(u_px)];
 }
 
 }  // namespace diorama::vo

@@ -23,12 +23,14 @@ class HiddenRegions {
 
   bool any() const;
   bool contains(const Vector2d& u_px) const;
+  // Known points are seen here, or around, where none are known here and none are hidden around.
+  bool isSeen(const Vector2d& u_px) const;
 
  private:
   size_t cellOf(const Vector2d& u_px) const;
 
   int columns_ = 0, rows_ = 0;
-  std::vector<uint8_t> hidden_;
+  std::vector<uint8_t> hidden_, seen_;
 };
 
 }  // namespace diorama::vo

@@ -61,6 +61,7 @@ struct TrackedFrame {
   double exposure_share = 0;  // the shutter is open for so much of the time between frames
   SE3 T_world_camera;
   std::vector<Feature> features;
+  bool covered = false;  // much of the map that should be seen is not
   HiddenRegions hidden;  // nothing new is looked for there
 };
 

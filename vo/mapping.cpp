@@ -28,11 +28,24 @@ bool Mapping::isCovered(const TrackedFrame& frame) {
 
 MapUpdate Mapping::update(TrackedFrame& frame, double acceleration,
                           std::span<const ObjectMeasurement> objects) {
-  if (!isCovered(frame)) frame.hidden = {};
+  if (!isCovered(frame)) {
+    frame.covered = false;
+    frame.hidden = {};
+  }
   depth_filter_.update(camera_, frame);
   if (!needsKeyframe(map_, frame, options_)) return {};
   makeRoom(frame);
   return addKeyframe(frame, acceleration, objects);
+}
+
+// What covers the map has corners, too, and as long as they have no depth they agree with any
+// camera. Only where known points are seen is it the world that they belong to.
+void Mapping::leaveOutUnsettled(TrackedFrame& frame) const {
+  // Without adjustment nothing would find their depth but the filter.
+  const bool all = options_.bundle_window == 0;
+  std::erase_if(frame.features, [&](const Feature& f) {
+    return !f.point->settled && (all || (frame.covered && !frame.hidden.isSeen(f.u_px)));
+  });
 }
 
 // A fast turn makes a keyframe of every frame: a window of a few would forget where it came from.
@@ -57,8 +70,7 @@ MapUpdate Mapping::addKeyframe(TrackedFrame& frame, double acceleration,
                                std::span<const ObjectMeasurement> objects) {
   MapUpdate update;
   update.adjusted = true;
-  if (options_.bundle_window == 0)  // nothing would find their depth but the filter
-    std::erase_if(frame.features, [](const Feature& f) { return !f.point->settled; });
+  leaveOutUnsettled(frame);
   Keyframe& keyframe = map_.addKeyframe(frame);
   if (wantsObjects(frame.timestamp_ns)) attachObjects(map_, keyframe, objects, options_);
   if (!scale_.begun() && (update.stretched = learnScale(frame)) != 1)

@@ -38,6 +38,7 @@ class Mapping {
 
  private:
   bool isCovered(const TrackedFrame& frame);
+  void leaveOutUnsettled(TrackedFrame& frame) const;
   int recentKeyframes() const;
   void makeRoom(TrackedFrame& frame);
   MapUpdate addKeyframe(TrackedFrame& frame, double acceleration,

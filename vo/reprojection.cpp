@@ -174,8 +174,8 @@ ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFra
     }
   }
   const int found = static_cast<int>(frame.features.size());
-  const bool covered = result.tried >= kFewestTried && found < kOpenShare * result.tried;
-  const int limit = covered ? options.unsettled_below : options.unsettled_open;
+  frame.covered = result.tried >= kFewestTried && found < kOpenShare * result.tried;
+  const int limit = frame.covered ? options.unsettled_below : options.unsettled_open;
   if (found < limit) addUnsettled(camera, map, grid, limit, frame, options);
   result.matched = static_cast<int>(frame.features.size());
   return result;

@@ -49,6 +49,25 @@ TEST(HiddenRegions, AreWhatABoardCovers) {
   EXPECT_TRUE(view.hidden.contains({639, 479}));
 }
 
+TEST(HiddenRegions, IsSeenWhereKnownPointsAreOrAroundThem) {
+  EXPECT_FALSE(HiddenRegions().isSeen({3, 4}));
+  View view([](const Vector2d& u) { return u.x() < 320; });
+  EXPECT_TRUE(view.hidden.isSeen({100, 240}));
+  EXPECT_TRUE(view.hidden.isSeen({310, 240}));
+  EXPECT_FALSE(view.hidden.isSeen({330, 240}));
+  EXPECT_FALSE(view.hidden.isSeen({639, 479}));
+
+  // Where nothing is known and nothing around is hidden: the same; beside what is hidden: not.
+  const auto without = [&](const Vector2d& centre) {
+    TrackedFrame frame = view.frame;
+    std::erase_if(frame.features,
+                  [&](const Feature& f) { return (f.u_px - centre).cwiseAbs().maxCoeff() < 40; });
+    return HiddenRegions(camera(), frame, view.failed).isSeen(centre);
+  };
+  EXPECT_TRUE(without({120, 200}));
+  EXPECT_FALSE(without({280, 200}));
+}
+
 TEST(HiddenRegions, FailuresHereAndThereHideNothing) {
   int count = 0;
   const View view([&](const Vector2d&) { return ++count % 2 == 0; });
