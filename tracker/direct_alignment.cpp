@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/random.h"
 #include "tracker/pose_solver.h"
 
 namespace diorama {
@@ -194,6 +195,39 @@ double DirectAlignment::screen(const ImagePyramid& image, const SE3& T, size_t p
     sum += static_cast<double>(difference);
   }
   return count > 0 ? sum / count : static_cast<double>(kLargestDifference);
+}
+
+SE3 DirectAlignment::search(const ImagePyramid& image, const SE3& predicted, const SE3& last,
+                            uint32_t frame_index) const {
+  const Random random(static_cast<uint64_t>(options_.seed), RandomStream::kTracker);
+  struct Start {
+    double cost;
+    SE3 T;
+  };
+  std::vector<Start> starts;
+  const double depth = last.translation.z();
+  for (int k = 0; k < options_.rescue_screened; ++k) {
+    SE3 T = k % 2 == 1 ? last : predicted;
+    if (k > 1) {
+      const uint64_t index = 2 * static_cast<uint64_t>(k);
+      const auto a = random.normal(frame_index, index), b = random.normal(frame_index, index + 1);
+      Vector6d xi;
+      xi << 0.5 * depth * options_.rescue_sigma * Vector3d(a[0], a[1], a[2]),
+          2 * options_.rescue_sigma * Vector3d(b[0], b[1], b[2]);
+      T = T * exp(xi);
+    }
+    starts.push_back({screen(image, T, static_cast<size_t>(k) % 4), T});
+  }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.cost < b.cost; });
+  starts.resize(std::min(starts.size(), static_cast<size_t>(options_.rescue_starts)));
+
+  Result best{predicted, 1e9};
+  for (const Start& start : starts) {
+    const Result result = align(image, start.T, kCoarseLevel, kCoarseLevel);
+    if (result.cost < best.cost) best = result;
+  }
+  return align(image, best.T_camera_model).T_camera_model;
 }
 
 }  // namespace diorama

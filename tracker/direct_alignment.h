@@ -39,6 +39,11 @@ class DirectAlignment {
   // `phase` picks the points.
   double screen(const ImagePyramid& image, const SE3& T_camera_model, size_t phase) const;
 
+  // From random poses around the prediction and around the last pose: they are screened by their
+  // grey values alone, and the best are aligned coarsely. The best of these, aligned.
+  SE3 search(const ImagePyramid& image, const SE3& predicted, const SE3& last,
+             uint32_t frame_index) const;
+
  private:
   static constexpr size_t kFewestPoints = 30;
   static constexpr size_t kLevels = ImagePyramid::kLevels;

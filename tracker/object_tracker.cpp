@@ -16,7 +16,6 @@
 #include <cmath>
 
 #include "core/errors.h"
-#include "core/random.h"
 #include "tracker/direct_alignment.h"
 #include "tracker/edge_model.h"
 #include "tracker/image_pyramid.h"
@@ -60,7 +59,6 @@ class EdgeTracker::Implementation {
   bool improve(const Frame& frame, double needed, Estimate& estimate);
   Estimate follow(const Frame& frame);
   Estimate startAt(const SE3& start, const std::optional<PosePrior>& prior, uint32_t frame_index);
-  Estimate rescue(const SE3& predicted, uint32_t frame_index);
   void learnMotion(const Estimate& estimate, double seconds, bool good);
   void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
   ObjectMeasurement lose(const Frame& frame, const TrackHealth& health);
@@ -194,7 +192,8 @@ bool EdgeTracker::Implementation::improve(const Frame& frame, double needed, Est
   }
   if (!reference_good_) return false;
   if (!held) refiner_.setImage(frame, Covers::kAgainstPose);  // it is sought anywhere now
-  Estimate rescued = rescue(predict(frame.timestamp_ns), static_cast<uint32_t>(frame.index));
+  Estimate rescued = refiner_.refine(direct_.search(image_, predict(frame.timestamp_ns), T_last_,
+                                                    static_cast<uint32_t>(frame.index)));
   if (rescued.health.value <= estimate.health.value) return false;
   estimate = std::move(rescued);
   return estimate.health.value >= options_.start_health;
@@ -343,41 +342,6 @@ SE3 EdgeTracker::Implementation::alignFromLast(const SE3& predicted) {
       refiner_.edgeScore(predicted) > refiner_.edgeScore(best.T_camera_model) + 0.1)
     return predicted;
   return best.T_camera_model;
-}
-
-// Random poses around the prediction and around the last pose are screened by their grey values
-// alone, the best are aligned coarsely, and the best of these is refined.
-Estimate EdgeTracker::Implementation::rescue(const SE3& predicted, uint32_t frame_index) {
-  const Random random(static_cast<uint64_t>(options_.seed), RandomStream::kTracker);
-  struct Start {
-    double cost;
-    SE3 T;
-  };
-  std::vector<Start> starts;
-  const double depth = T_last_.translation.z();
-  for (int k = 0; k < options_.rescue_screened; ++k) {
-    SE3 T = k % 2 == 1 ? T_last_ : predicted;
-    if (k > 1) {
-      const uint64_t index = 2 * static_cast<uint64_t>(k);
-      const auto a = random.normal(frame_index, index), b = random.normal(frame_index, index + 1);
-      Vector6d xi;
-      xi << 0.5 * depth * options_.rescue_sigma * Vector3d(a[0], a[1], a[2]),
-          2 * options_.rescue_sigma * Vector3d(b[0], b[1], b[2]);
-      T = T * exp(xi);
-    }
-    starts.push_back({direct_.screen(image_, T, static_cast<size_t>(k) % 4), T});
-  }
-  std::stable_sort(starts.begin(), starts.end(),
-                   [](const Start& a, const Start& b) { return a.cost < b.cost; });
-  starts.resize(std::min(starts.size(), static_cast<size_t>(options_.rescue_starts)));
-
-  DirectAlignment::Result best{predicted, 1e9};
-  for (const Start& start : starts) {
-    constexpr int coarse = DirectAlignment::kCoarseLevel;
-    const DirectAlignment::Result result = direct_.align(image_, start.T, coarse, coarse);
-    if (result.cost < best.cost) best = result;
-  }
-  return refiner_.refine(direct_.align(image_, best.T_camera_model).T_camera_model);
 }
 
 ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame, const Estimate& estimate,
