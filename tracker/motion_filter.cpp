@@ -102,6 +102,7 @@ void MotionFilter::correct(double seconds, const SE3& T, const Matrix6d& informa
                     expected.covariance.bottomLeftCorner<6, 6>() * (prior.information * corrected);
   state_.T_camera_model = T;
   learnJerks(corrected, before, state_.covariance.topLeftCorner<6, 6>());
+  started_ = state_.covariance.allFinite() && state_.velocity.allFinite();
 }
 
 // A correction by the gain k of what the image says has the variance k^2 (P + R) = k P, were the

@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <limits>
 
 #include "core/random.h"
 
@@ -123,6 +124,13 @@ TEST(MotionFilter, LearnsHowRestlessTheCameraIs) {
     return 1 / filter.predict(kFrame_s).information.trace();
   };
   EXPECT_GT(uncertaintyAfter(10), 10 * uncertaintyAfter(0.1));
+}
+
+TEST(MotionFilter, WhatIsNotFiniteEndsIt) {
+  MotionFilter filter;
+  filter.start(inFront(), 1e-6 * Matrix6d::Identity());
+  filter.correct(kFrame_s, inFront(), std::numeric_limits<double>::infinity() * blindAlong(2));
+  EXPECT_FALSE(filter.started());
 }
 
 TEST(PriorCue, PullsTowardsThePrediction) {
