@@ -1,5 +1,7 @@
 #include "mapper/odometry_anchor.h"
 
+#include <algorithm>
+
 #include "mapper/relative_pose.h"
 
 namespace diorama {
@@ -13,7 +15,12 @@ void OdometryAnchor::addStep(ChainSmoother& smoother, const OdometryMeasurement&
   const size_t pose = smoother.poseCount() - 1;
   const SE3 T_anchor_camera = object_ ? T_anchor_camera_ * step.T_from_to : SE3{};
   // T_a_c Exp(e) inverted is T_c_a Exp(-Ad(T_a_c) e).
-  const double steps = memory_s_ / (1e-9 * static_cast<double>(step.to_ns - step.from_ns));
+  const double steps =
+      std::max(1.0, memory_s_ / (1e-9 * static_cast<double>(step.to_ns - step.from_ns)));
+  // Vague steps, as of an odometry that does not know its scale yet, are in what comes after.
+  const double kept = object_ ? 1 - 1 / steps : 0;
+  chain_variance_ = kept * kept * chain_variance_ + step.covariance.trace();
+  if (chain_variance_ > steps * steps * step.covariance.trace()) return release(smoother);
   const Matrix6d J = steps * sigma_scale_ * adjoint(T_anchor_camera);
   const std::optional<Matrix6d> W = whitening(J * step.covariance * J.transpose());
   if (!W) return release(smoother);

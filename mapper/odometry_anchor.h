@@ -35,6 +35,7 @@ class OdometryAnchor {
   std::optional<size_t> object_;
   std::string source_;  // the odometry that looks at it
   SE3 T_anchor_camera_;
+  double chain_variance_ = 0;  // of T_anchor_camera_: traces of the steps' covariances
 };
 
 }  // namespace diorama

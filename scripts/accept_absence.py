@@ -12,9 +12,8 @@ HIDDEN = {
     "aside": ("orange_juice", "orange_juice", "path.glances=[{t: [2.0, 8.6], turn_s: 1.0, look_at: [1.2, -0.8, 0.0]}]"),
     "away": ("orange_juice", "orange_juice", "path.glances=[{t: [2.0, 8.6], turn_s: 1.0, look_at: [1.8, -0.3, 1.0]}]"),
 }
-# Where the odometry has nothing to hold the map against, the object is looked for, as anywhere else in the picture; elsewhere there is no
-# detector, so that it is the prediction that is measured.
-DETECTED = ("away",)
+# At the far wall `vo` drifts by centimetres: there the object is looked for, as anywhere else in the picture. Elsewhere there is no detector.
+DETECTED = (("away", "vo"),)
 VISIBLE = 0.3
 ENOUGH_S = 4.8  # hidden; "5 s" but for the frames in which it goes
 
@@ -57,7 +56,7 @@ def measure(report, work, scenes):
     for case, (_, name, _) in HIDDEN.items():
         for odometry in ("vo", "simulated"):
             out = work / f"absence_{case}_{odometry}"
-            initial = "detect" if case in DETECTED else "given"
+            initial = "detect" if (case, odometry) in DETECTED else "given"
             run(out, sequence(work, case, scenes), "--initial", initial, "--odometry", odometry, "--no-report")
             absence(report, f"{name} {case}, odometry {odometry}", out, name)
     # Detection is off, since the initial poses are given; the camera is known from the objects that are seen.

@@ -83,11 +83,13 @@ PosePrior MotionFilter::predict(double seconds) const {
 }
 
 void MotionFilter::jump(double seconds, const SE3& T, const Matrix6d& covariance) {
-  state_ = propagated(seconds);
-  state_.T_camera_model = T;
+  const State expected = propagated(seconds);
+  // The same motion of the camera, seen from the model where it is now.
+  const Matrix6d A = adjoint(T.inverse() * expected.T_camera_model);
+  state_ = {T, A * expected.velocity};
   state_.covariance.topLeftCorner<6, 6>() = covariance;
-  state_.covariance.topRightCorner<6, 6>().setZero();
-  state_.covariance.bottomLeftCorner<6, 6>().setZero();
+  state_.covariance.bottomRightCorner<6, 6>() =
+      A * expected.covariance.bottomRightCorner<6, 6>() * A.transpose();
 }
 
 void MotionFilter::correct(double seconds, const SE3& T, const Matrix6d& information) {
@@ -101,8 +103,8 @@ void MotionFilter::correct(double seconds, const SE3& T, const Matrix6d& informa
   state_.velocity = expected.velocity +
                     expected.covariance.bottomLeftCorner<6, 6>() * (prior.information * corrected);
   state_.T_camera_model = T;
-  learnJerks(corrected, before, state_.covariance.topLeftCorner<6, 6>());
   started_ = state_.covariance.allFinite() && state_.velocity.allFinite();
+  if (started_) learnJerks(corrected, before, state_.covariance.topLeftCorner<6, 6>());
 }
 
 // A correction by the gain k of what the image says has the variance k^2 (P + R) = k P, were the
@@ -121,7 +123,7 @@ void MotionFilter::learnJerks(const Vector6d& corrected, const Matrix6d& before,
     possible += gain * gain;
   }
   constexpr double kMostAtOnce = 5, kHardlyAny = 0.25;
-  if (possible < kHardlyAny) return;
+  if (!(possible >= kHardlyAny)) return;
   const double ratio = std::clamp(kCaution * explained / possible, 0.0, kMostAtOnce);
   jerkiness_ = std::clamp(jerkiness_ * (1 + kRate * (ratio - 1)), kLeastJerkiness, kMostJerkiness);
 }

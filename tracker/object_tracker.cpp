@@ -216,7 +216,7 @@ Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
   const double seconds = secondsSince(frame.timestamp_ns);
   const uint32_t index = static_cast<uint32_t>(frame.index);
   if (!filter_.started()) filter_.start(T_last_);
-  filter_.propagate(seconds, index);
+  filter_.propagate(std::min(seconds, kLongestExtrapolation_s), index);
   const SE3 predicted = weightedMean(filter_.particles()).T;
   const SE3 aligned = alignFromLast(predicted);
   filter_.shift(predicted.inverse() * aligned);
@@ -283,7 +283,7 @@ ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const Tr
 void EdgeTracker::Implementation::learnMotion(const Estimate& estimate, double seconds, bool good) {
   if (!good)
     motion_.stop();
-  else if (!motion_.started() || !(seconds > 0))
+  else if (!motion_.started() || !(seconds > 0) || seconds > kLongestExtrapolation_s)
     motion_.start(estimate.T_camera_model, estimate.covariance);
   else if (estimate.by_prediction)
     motion_.correct(seconds, estimate.T_camera_model, estimate.by_image);
@@ -311,13 +311,13 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
 }
 
 double EdgeTracker::Implementation::secondsSince(int64_t timestamp_ns) const {
-  return std::clamp(1e-9 * static_cast<double>(timestamp_ns - last_ns_), 0.0,
-                    kLongestExtrapolation_s);
+  return std::max(0.0, 1e-9 * static_cast<double>(timestamp_ns - last_ns_));
 }
 
 std::optional<PosePrior> EdgeTracker::Implementation::expectedAt(int64_t timestamp_ns) const {
-  if (!motion_.started()) return std::nullopt;
-  return motion_.predict(secondsSince(timestamp_ns));
+  const double seconds = secondsSince(timestamp_ns);
+  if (!motion_.started() || seconds > kLongestExtrapolation_s) return std::nullopt;
+  return motion_.predict(seconds);
 }
 
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {

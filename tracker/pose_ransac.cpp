@@ -21,9 +21,9 @@ double errorPx(const SE3& T, const Camera& camera, const PointMatch& match) {
   return u ? (*u - match.u_px).norm() : 1e9;
 }
 
-// Reprojection errors for the Gauss-Newton solver.
 constexpr double kSigma = 1.0 / 3;  // of the inliers, in the distance within which they lie
 
+// Reprojection errors for the Gauss-Newton solver.
 class PointCue : public Cue {
  public:
   PointCue(const std::vector<PointMatch>& matches, const std::vector<int>& used,

@@ -105,10 +105,10 @@ class OdometryAnchorSteps : public ::testing::Test {
  protected:
   OdometryAnchorSteps() : smoother({}, {}, {}), anchor(kMemory_s, 1, 22.46) { smoother.start(0); }
 
-  void step(bool in_view, double error_m = 0) {
+  void step(bool in_view, double error_m = 0, double sigma_m = 2e-4) {
     const int64_t from_ns = k_ * int64_t{33'333'333}, to_ns = ++k_ * int64_t{33'333'333};
     const SE3 Z{expSO3({0, 0.01, 0}), {0.01 + error_m, 0, 0}};
-    const OdometryMeasurement m{source, from_ns, to_ns, Z, diagonalCovariance(2e-4, 3e-4), 1};
+    const OdometryMeasurement m{source, from_ns, to_ns, Z, diagonalCovariance(sigma_m, 3e-4), 1};
     smoother.addPose(to_ns, *makeOdometryFactor(m, 1).factor);
     anchor.addStep(smoother, m, in_view);
     smoother.update();
@@ -129,6 +129,17 @@ TEST_F(OdometryAnchorSteps, WithoutDriftNothingMoves) {
   }
   EXPECT_TRUE(anchor.holds());
   EXPECT_THAT(smoother.T_world_camera(200).matrix(), MatrixNear(expected.matrix(), 1e-9));
+}
+
+// An odometry that learns its scale: what it measured before is not as sure as what it measures
+// now.
+TEST_F(OdometryAnchorSteps, PreciseStepsDoNotVouchForVagueOnes) {
+  for (int k = 0; k < 20; ++k) step(true, 0, 0.1);
+  EXPECT_TRUE(anchor.holds());
+  step(true);
+  EXPECT_FALSE(anchor.holds());
+  step(true);
+  EXPECT_TRUE(anchor.holds());
 }
 
 // What is not known of the camera's pose stops to grow; looking away it grows again.

@@ -93,7 +93,8 @@ TEST(MotionFilter, AJumpTellsNothingOfTheVelocity) {
   }
   const SE3 elsewhere = T * exp(twist(0.02, 0, 0, 0, 0.3, 0));
   filter.jump(kFrame_s, elsewhere, 1e-6 * Matrix6d::Identity());
-  const SE3 expected = elsewhere * exp(kFrame_s * velocity);
+  const SE3 camera_moved = T * exp(kFrame_s * velocity) * T.inverse();  // goes on doing so
+  const SE3 expected = camera_moved * elsewhere;
   EXPECT_LT(log(filter.predict(kFrame_s).T_camera_model.inverse() * expected).norm(), 1e-4);
 }
 
@@ -131,6 +132,8 @@ TEST(MotionFilter, WhatIsNotFiniteEndsIt) {
   filter.start(inFront(), 1e-6 * Matrix6d::Identity());
   filter.correct(kFrame_s, inFront(), std::numeric_limits<double>::infinity() * blindAlong(2));
   EXPECT_FALSE(filter.started());
+  filter.start(inFront(), 1e-6 * Matrix6d::Identity());
+  EXPECT_TRUE(filter.predict(kFrame_s).information.allFinite());
 }
 
 TEST(PriorCue, PullsTowardsThePrediction) {
