@@ -28,15 +28,21 @@ Matrix6d blindAlong(int direction) {
   return information;
 }
 
-TEST(MotionFilter, PredictsSteadyMotion) {
-  const Vector6d velocity = twist(0.1, -0.05, 0.02, 0.3, -0.2, 0.5);
+// For a second, each pose known well; the last one.
+SE3 moveSteadily(MotionFilter& filter, const Vector6d& velocity) {
   SE3 T = inFront();
-  MotionFilter filter;
   filter.start(T, 1e-6 * Matrix6d::Identity());
   for (int k = 0; k < 30; ++k) {
     T = T * exp(kFrame_s * velocity);
     filter.correct(kFrame_s, T, 1e6 * Matrix6d::Identity());
   }
+  return T;
+}
+
+TEST(MotionFilter, PredictsSteadyMotion) {
+  const Vector6d velocity = twist(0.1, -0.05, 0.02, 0.3, -0.2, 0.5);
+  MotionFilter filter;
+  const SE3 T = moveSteadily(filter, velocity);
   const SE3 next = T * exp(kFrame_s * velocity);
   EXPECT_LT(log(filter.predict(kFrame_s).T_camera_model.inverse() * next).norm(), 1e-4);
 }
@@ -84,13 +90,8 @@ TEST(MotionFilter, StaysDefiniteWhereNothingIsEverMeasured) {
 
 TEST(MotionFilter, AJumpTellsNothingOfTheVelocity) {
   const Vector6d velocity = twist(0.1, 0, 0, 0, 0, 0.2);
-  SE3 T = inFront();
   MotionFilter filter;
-  filter.start(T, 1e-6 * Matrix6d::Identity());
-  for (int k = 0; k < 30; ++k) {
-    T = T * exp(kFrame_s * velocity);
-    filter.correct(kFrame_s, T, 1e6 * Matrix6d::Identity());
-  }
+  const SE3 T = moveSteadily(filter, velocity);
   const SE3 elsewhere = T * exp(twist(0.02, 0, 0, 0, 0.3, 0));
   filter.jump(kFrame_s, elsewhere, 1e-6 * Matrix6d::Identity());
   const SE3 camera_moved = T * exp(kFrame_s * velocity) * T.inverse();  // goes on doing so
