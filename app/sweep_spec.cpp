@@ -40,9 +40,10 @@ std::string flowText(const YamlValue& value) {
   return out.c_str();
 }
 
-std::string filledTemplate(const std::string& text, const std::string& value) {
-  const size_t at = text.find("{}");
-  return at == std::string::npos ? text : text.substr(0, at) + value + text.substr(at + 2);
+std::string filledTemplate(std::string text, const std::string& value) {
+  for (size_t at = 0; (at = text.find("{}", at)) != std::string::npos; at += value.size())
+    text.replace(at, 2, value);
+  return text;
 }
 
 Settings readSettings(const YamlValue& value) {

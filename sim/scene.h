@@ -122,10 +122,12 @@ struct Scene {
   double rowOffset_s(int y) const { return row_time_s * (y - (camera.height - 1) / 2.0); }
 };
 
-// Reads a scene file. Models are folders of dataFolder()/models or paths relative to the file; an
-// object that lies `on` a surface is imported to find its lowest vertex.
+// Reads a scene file; where there is none of that name, the one in dataFolder(), so that
+// `scenes/NAME.yaml` means the same scene from any folder. Models are folders of
+// dataFolder()/models or paths relative to the file; an object that lies `on` a surface is imported
+// to find its lowest vertex.
 // Throws MissingInputError or InputError with file:line:column.
-Scene loadScene(const std::filesystem::path& file, const std::vector<YamlOverride>& overrides = {});
+Scene loadScene(const std::filesystem::path& name, const std::vector<YamlOverride>& overrides = {});
 
 // The same from a text; `file` is the name for messages and the place that paths are relative to.
 Scene parseScene(const std::string& content, const std::filesystem::path& file,

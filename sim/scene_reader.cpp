@@ -128,7 +128,10 @@ class SceneReader {
 
 }  // namespace
 
-Scene loadScene(const fs::path& file, const std::vector<YamlOverride>& overrides) {
+Scene loadScene(const fs::path& name, const std::vector<YamlOverride>& overrides) {
+  const fs::path ours = dataFolder() / name;
+  std::error_code error;
+  const fs::path file = !fs::exists(name, error) && fs::exists(ours, error) ? ours : name;
   return parseScene(readFile(file), file, overrides);
 }
 

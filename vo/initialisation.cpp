@@ -103,10 +103,11 @@ double Initialisation::motionInImage() const {
 // turned show the parallax that is left. But where nothing moves in the image, it is the object
 // that does.
 bool Initialisation::hasParallax(std::span<const ObjectMeasurement> objects) const {
-  if (motionInImage() >= options_.start_disparity_px) return true;
-  if (motionInImage() < kSmallestMotion * options_.start_disparity_px) return false;
+  const double enough_px = parallax_ * options_.start_disparity_px;
+  if (motionInImage() >= enough_px) return true;
+  if (motionInImage() < kSmallestMotion * enough_px) return false;
   for (const SE3& motion : motionsOfObjects(objects))
-    if (medianDisparity(motion.rotation.conjugate()) >= options_.start_disparity_px) return true;
+    if (medianDisparity(motion.rotation.conjugate()) >= enough_px) return true;
   return false;
 }
 

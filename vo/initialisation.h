@@ -2,6 +2,7 @@
 // objects, or the essential matrix when there is none, then give the first points.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,6 +25,7 @@ struct FollowedCorner {
 
 // Of the followed corners, in the first points: an object that moves itself takes its own along.
 constexpr double kFewestAgree = 0.6;
+constexpr double kMostParallax = 4;  // of the disparity that starts, after starts that were wrong
 constexpr double kSmallestMotion = 0.25;  // of the disparity that starts: less is none
 
 struct StartAttempt {
@@ -51,6 +53,9 @@ class Initialisation {
   // Why this first keyframe leads nowhere; empty while there is hope.
   std::string hopeless() const;
   void clear() { first_ = {}; }
+  // A start with so much parallax was wrong: the next one waits for more.
+  void askForMore() { parallax_ = std::min(2 * parallax_, kMostParallax); }
+  void askForLess() { parallax_ = 1; }  // there was not so much
 
   const std::vector<FollowedCorner>& corners() const { return corners_; }
   // The median, of the corners from the first keyframe to the last frame, px.
@@ -75,7 +80,8 @@ class Initialisation {
   TrackedFrame first_;
   std::vector<ObjectMeasurement> objects_;
   std::vector<FollowedCorner> corners_;
-  int frames_ = 0;  // since the first keyframe
+  int frames_ = 0;       // since the first keyframe
+  double parallax_ = 1;  // that starts, over that of the options
 };
 
 }  // namespace diorama::vo

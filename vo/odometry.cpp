@@ -1,6 +1,7 @@
 // The main path of the visual odometry. A frame, in track():
 //
-//   start          until there is a map: follow corners (initialisation, surface_start)
+//   start          until there is a map: follow corners (initialisation, surface_start); told of
+//                  when the objects have not contradicted it for some frames (start_trial)
 //   align          motion from the last frame, by grey values around features (sparse_alignment)
 //   reproject      find the map's points, one per cell, by their patches (reprojection)
 //   refine         the pose from the points' pixels (pose_refinement)
@@ -26,6 +27,7 @@
 #include "vo/relocalisation.h"
 #include "vo/reprojection.h"
 #include "vo/sparse_alignment.h"
+#include "vo/start_trial.h"
 #include "vo/surface_start.h"
 #include "vo/tracking_quality.h"
 #include "vo/whole_image.h"
@@ -66,29 +68,35 @@ class VisualOdometry::Implementation {
         source_(std::move(source_name)),
         surfaces_(std::move(surfaces)),
         initialisation_(camera_, options_),
-        quality_(options_),
-        mapping_(camera_, options_),
-        exposure_(options_) {}
+        trial_(options_),
+        exposure_(options_) {
+    forgetMap();
+  }
 
   std::optional<OdometryMeasurement> track(const Frame& frame);
   void update(std::span<const ObjectMeasurement> objects);
   bool wantsObjects() const;
 
-  bool started() const { return state_ == State::kTracking || state_ == State::kLost; }
+  bool started() const { return told_; }
   std::optional<SE3> locate(const std::string& object) const;
   const std::vector<OdometryEvent>& events() const { return events_; }
-  const Map& map() const { return mapping_.map(); }
+  const Map& map() const { return mapping_->map(); }
 
  private:
-  enum class State { kStarting, kTracking, kLost };
+  enum class State { kStarting, kOnTrial, kTracking, kLost };
 
+  std::optional<OdometryMeasurement> trackStart();
   TrackedFrame makeFrame(const Frame& frame) const;
   Assessment follow(TrackedFrame& frame);
   Assessment follow(TrackedFrame& frame, const SE3& T_last_now);
   Assessment locate(TrackedFrame& frame, const SE3& T_world_camera);
   OdometryMeasurement accept(TrackedFrame frame, const Assessment& assessment);
   OdometryMeasurement lose(const TrackedFrame& frame, const std::string& reason);
+  OdometryMeasurement coast(int64_t timestamp_ns);
   void start(std::span<const ObjectMeasurement> objects);
+  void judgeStart(std::span<const ObjectMeasurement> objects);
+  void startAnew(const std::string& reason);
+  void forgetMap();
   void findByObjects(std::span<const ObjectMeasurement> objects);
   void note(const std::string& event, double value, const std::string& reason) {
     events_.push_back({event, value, reason});
@@ -100,11 +108,14 @@ class VisualOdometry::Implementation {
   const ObjectSurfaces surfaces_;
 
   Initialisation initialisation_;
-  TrackingQuality quality_;
-  Mapping mapping_;
+  StartTrial trial_;
+  StartAttempt start_;
+  std::optional<TrackingQuality> quality_;  // anew with each map
+  std::optional<Mapping> mapping_;
   ExposureLearning exposure_;
 
   State state_ = State::kStarting;
+  bool told_ = false;        // of a start
   TrackedFrame now_;         // the frame just tracked; when lost, its image alone counts
   TrackedFrame last_;        // the last frame with a good pose
   TrackedFrame seen_again_;  // when lost: a frame that objects have placed in the map
@@ -122,10 +133,7 @@ class VisualOdometry::Implementation {
 std::optional<OdometryMeasurement> VisualOdometry::Implementation::track(const Frame& frame) {
   events_.clear();
   now_ = makeFrame(frame);
-  if (state_ == State::kStarting) {
-    if (initialisation_.begun() && now_.pyramid) initialisation_.follow(now_);
-    return std::nullopt;
-  }
+  if (state_ == State::kStarting || state_ == State::kOnTrial) return trackStart();
   if (!now_.pyramid) return lose(now_, "the image has another size than the camera");
   if (state_ == State::kTracking) {
     const Assessment assessment = follow(now_);
@@ -137,6 +145,24 @@ std::optional<OdometryMeasurement> VisualOdometry::Implementation::track(const F
     if (assessment.good) return accept(now_, assessment);
   }
   return lose(now_, "");
+}
+
+// Who was told of an earlier start hears that there is nothing to trust.
+std::optional<OdometryMeasurement> VisualOdometry::Implementation::trackStart() {
+  std::optional<OdometryMeasurement> m;
+  if (state_ == State::kOnTrial) {
+    const Assessment assessment = now_.pyramid ? follow(now_) : Assessment{};
+    if (assessment.good)
+      m = accept(now_, assessment);
+    else
+      startAnew("the map was lost at once");
+  } else if (initialisation_.begun() && now_.pyramid) {
+    initialisation_.follow(now_);
+  }
+  if (!told_) return std::nullopt;
+  if (!m) return coast(now_.timestamp_ns);
+  m->health = 0;
+  return m;
 }
 
 TrackedFrame VisualOdometry::Implementation::makeFrame(const Frame& frame) const {
@@ -168,7 +194,7 @@ Assessment VisualOdometry::Implementation::follow(TrackedFrame& frame, const SE3
   const ReprojectionResult reprojected = reprojectMap(camera_, map(), frame, options_);
   const PoseRefinement refined =
       refinePose(camera_, frame, options_, motion_.predict(frame.timestamp_ns));
-  return quality_.assess(frame, reprojected, refined);
+  return quality_->assess(frame, reprojected, refined);
 }
 
 // The pose in the map from a coarse one; what was found first leads to more.
@@ -178,7 +204,7 @@ Assessment VisualOdometry::Implementation::locate(TrackedFrame& frame, const SE3
   PoseRefinement refined = refinePose(camera_, frame, options_);
   reprojected = reprojectMap(camera_, map(), frame, options_);
   refined = refinePose(camera_, frame, options_);
-  return quality_.assessRecovery(reprojected, refined);
+  return quality_->assessRecovery(reprojected, refined);
 }
 
 OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
@@ -190,7 +216,7 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   const Vector6d correction =
       adjoint(frame.T_world_camera.inverse() * last_.T_world_camera) * correction_;
   m.covariance += correction * correction.transpose();
-  if (!mapping_.isMetric()) m.covariance += covarianceOfUnknownScale(m.T_from_to);
+  if (!mapping_->isMetric()) m.covariance += covarianceOfUnknownScale(m.T_from_to);
   m.health = health_ = assessment.health;
   if (!recovered) exposure_.learn(camera_, frame);
   judgePoints(frame, assessment.failed);
@@ -207,7 +233,7 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   last_ = std::move(frame);
   seen_again_ = {};
   lost_frames_ = 0;
-  state_ = State::kTracking;
+  if (recovered) state_ = State::kTracking;
   return m;
 }
 
@@ -218,31 +244,39 @@ OdometryMeasurement VisualOdometry::Implementation::lose(const TrackedFrame& fra
   if (state_ == State::kTracking) note("lost", 0, reason);
   state_ = State::kLost;
   ++lost_frames_;
-  OdometryMeasurement m{source_, previous_ns_, frame.timestamp_ns,
-                        motion_.coast(previous_ns_, frame.timestamp_ns)};
-  previous_ns_ = frame.timestamp_ns;
+  return coast(frame.timestamp_ns);
+}
+
+// Health 0.
+OdometryMeasurement VisualOdometry::Implementation::coast(int64_t timestamp_ns) {
+  OdometryMeasurement m{source_, previous_ns_, timestamp_ns,
+                        motion_.coast(previous_ns_, timestamp_ns)};
+  previous_ns_ = timestamp_ns;
   T_world_now_ = T_world_now_ * m.T_from_to;
-  return m;  // health 0
+  return m;
 }
 
 bool VisualOdometry::Implementation::wantsObjects() const {
-  return state_ == State::kStarting || mapping_.wantsObjects(now_.timestamp_ns);
+  return state_ == State::kStarting || mapping_->wantsObjects(now_.timestamp_ns);
 }
 
 void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> objects) {
   if (!now_.pyramid) return;
   if (state_ == State::kStarting) return start(objects);
   if (state_ == State::kLost) return findByObjects(objects);
-  const MapUpdate changed = mapping_.update(last_, motion_.strength().value_or(0), objects);
+  const MapUpdate changed = mapping_->update(last_, motion_.strength().value_or(0), objects);
   if (changed.adjusted) {
     T_world_now_ = last_.T_world_camera;
     correction_ = log(T_world_reported_.inverse() * last_.T_world_camera);
     motion_.moveTo(last_.T_world_camera);
   }
-  if (changed.stretched_by.empty()) return;
-  velocity_.translation *= changed.stretched;
-  motion_.stretch(changed.stretched);
-  note("reinitialised", changed.stretched, "scale known now, from " + changed.stretched_by);
+  if (!changed.stretched_by.empty()) {
+    velocity_.translation *= changed.stretched;
+    motion_.stretch(changed.stretched);
+    note("reinitialised", changed.stretched, "scale known now, from " + changed.stretched_by);
+    trial_.begin();
+  }
+  judgeStart(objects);
 }
 
 // Where objects say that the camera is, the map should be seen. The next frame starts from there.
@@ -265,26 +299,62 @@ void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> ob
   if (!initialisation_.begun() || (object_seen && !initialisation_.sawObject()))
     return initialisation_.begin(now_, objects);
   const bool without_scale = ++start_frames_ >= options_.start_wait_frames;
-  StartAttempt attempt = initialisation_.tryStart(now_, objects, without_scale, mapping_.map());
+  StartAttempt attempt = initialisation_.tryStart(now_, objects, without_scale, mapping_->map());
   std::string reason = attempt.started ? "" : initialisation_.hopeless();
   if (!attempt.started && reason.empty()) return;
   if (!attempt.started)
     attempt = startFromSurfaces(camera_, initialisation_, now_, objects, surfaces_, options_,
-                                mapping_.map());
+                                mapping_->map());
   if (!attempt.started) {
     if (!attempt.reason.empty()) reason += "; " + attempt.reason;
     note("reset", 0, "no start: " + reason);
+    initialisation_.askForLess();
     return initialisation_.begin(now_, objects);
   }
-  state_ = State::kTracking;
-  mapping_.begin(attempt.metric);
-  note("started", attempt.points, attempt.reason);
+  state_ = State::kOnTrial;
+  start_ = attempt;
+  trial_.begin();
+  mapping_->begin(attempt.metric);
   initialisation_.clear();
   const Keyframe& keyframe = *map().keyframes.back();
   last_ = keyframe;
   T_world_now_ = keyframe.T_world_camera;
   T_world_reported_ = keyframe.T_world_camera;
   previous_ns_ = keyframe.timestamp_ns;
+  judgeStart(objects);
+}
+
+// Without scale objects say nothing about a map, and later, when they are not asked any more, it
+// may drift away from them.
+void VisualOdometry::Implementation::judgeStart(std::span<const ObjectMeasurement> objects) {
+  const bool asked = mapping_->isMetric() && mapping_->wantsObjects(now_.timestamp_ns);
+  if (asked) trial_.add(discrepancy(map(), last_.T_world_camera, objects, options_));
+  if (trial_.refuted()) {
+    initialisation_.askForMore();
+    return startAnew("objects contradict the map: does something move with the camera?");
+  }
+  if (state_ != State::kOnTrial || (asked && !trial_.over())) return;
+  state_ = State::kTracking;
+  note(told_ ? "reinitialised" : "started", start_.points, start_.reason);
+  told_ = true;
+}
+
+void VisualOdometry::Implementation::startAnew(const std::string& reason) {
+  note(told_ ? "lost" : "reset", 0, "no start: " + reason);
+  state_ = State::kStarting;
+  forgetMap();
+  initialisation_.begin(now_, {});
+}
+
+void VisualOdometry::Implementation::forgetMap() {
+  last_ = seen_again_ = {};
+  now_.features.clear();
+  motion_ = {};
+  velocity_ = {};
+  correction_.setZero();
+  quality_.emplace(options_);
+  mapping_.emplace(camera_, options_);
+  trial_.begin();
 }
 
 VisualOdometry::VisualOdometry(Camera camera, VoOptions options, std::string source_name,

@@ -31,6 +31,7 @@ struct VoOptions {
   double start_baseline_rad = 0.08;  // ... and their baseline over the median depth
   int start_window_frames = 45;      // after so many frames the first keyframe is taken anew
   int start_wait_frames = 30;        // for an object, before a start without scale
+  int start_trial_frames = 8;        // in which objects must not contradict; 0 = none (paper)
   int start_min_points = 40;         // triangulated, or the start has failed (small images: fewer)
 
   // Sparse image alignment, last frame to new frame.
@@ -106,6 +107,7 @@ struct VoOptions {
     v("start_baseline_rad", start_baseline_rad, kNotNegative);
     v("start_window_frames", start_window_frames, Range{2, 100000});
     v("start_wait_frames", start_wait_frames, Range{0, 100000});
+    v("start_trial_frames", start_trial_frames, Range{0, 10000});
     v("start_min_points", start_min_points, Range{8, 10000});
     v("align_coarse_level", align_coarse_level, Range{0, 7});
     v("align_fine_level", align_fine_level, Range{0, 7});

@@ -19,7 +19,7 @@ frames: 0:10
 set: {effects.blur: false}
 seeds: [4, 5]
 factors:
-  - {name: level, path: occlude.0.visible_fraction, template: "[[0, 1], [1, {}]]", values: [1, 0.5]}
+  - {name: level, path: occlude.0.visible_fraction, template: "[[0, 1], [1, {}], [9, {}]]", values: [1, 0.5]}
   - {name: size, cases: {small: {tracker.max_samples: 50}, large: {tracker.max_samples: 500, scene: /nowhere/other.yaml}}}
   - {name: method, values: [ebt, fused]}
 thresholds:
@@ -46,7 +46,7 @@ TEST_F(SweepSpecTest, CellsAreTheGridInOrder) {
   EXPECT_EQ(cells[15].at, (std::vector<size_t>{1, 1, 1}));
   EXPECT_EQ(cells[0].scene, "/nowhere/desk.yaml");
   EXPECT_EQ(cells[4].scene, "/nowhere/other.yaml");
-  EXPECT_THAT(cells[8].options, Contains("occlude.0.visible_fraction=[[0, 1], [1, 0.5]]"));
+  EXPECT_THAT(cells[8].options, Contains("occlude.0.visible_fraction=[[0, 1], [1, 0.5], [9, 0.5]]"));
   EXPECT_THAT(cells[0].options, Contains("tracker.max_samples=50"));
   EXPECT_THAT(cells[0].options, Contains("effects.blur=false"));
 }

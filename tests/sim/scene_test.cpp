@@ -59,6 +59,11 @@ TEST_F(SceneFile, EveryValueArrives) {
 }
 
 // The box of 0.24 m stands on its y axis when up: y, half as large: it lies 0.05 m wide around 0.
+TEST(Scenes, OfTheInstallationAreFoundFromAnyFolder) {
+  EXPECT_EQ(loadScene("scenes/pasta_box.yaml").name, "pasta_box");
+  EXPECT_THROW(loadScene("scenes/none.yaml"), MissingInputError);
+}
+
 TEST_F(SceneFile, OnPutsTheLowestVertexOnTheSurface) {
   const Scene scene = load();
   EXPECT_NEAR(scene.objects[2].T_world_object.translation.z(), 0.5 + 0.025, 1e-7);

@@ -1,0 +1,45 @@
+#include "vo/start_trial.h"
+
+#include <algorithm>
+
+#include "vo/object_scale.h"
+
+namespace diorama::vo {
+namespace {
+
+constexpr double kUnlikely = 22.5;  // chi-square, 6 dof: 99.9% of right ones are nearer
+constexpr size_t kFewestSeen = 4;   // frames
+constexpr size_t kRemembered = 8;   // frames
+
+}  // namespace
+
+std::optional<double> discrepancy(const Map& map, const SE3& T_world_camera,
+                                  std::span<const ObjectMeasurement> objects,
+                                  const VoOptions& options) {
+  std::optional<double> smallest;
+  for (const ObjectMeasurement& m : objects) {
+    const auto known = std::find_if(map.objects.begin(), map.objects.end(),
+                                    [&](const MapObject& o) { return o.name == m.object; });
+    if (known == map.objects.end() || !isUsable(m)) continue;
+    const Vector6d r = objectResidual(T_world_camera, known->T_world_object, m.T_camera_object).r;
+    const double square = r.dot(covarianceOf(m, options).llt().solve(r));
+    smallest = std::min(square, smallest.value_or(square));
+  }
+  return smallest;
+}
+
+void StartTrial::add(std::optional<double> discrepancy) {
+  ++frames_;
+  if (!discrepancy) return;
+  recent_.push_back(*discrepancy);
+  if (recent_.size() > kRemembered) recent_.pop_front();
+}
+
+bool StartTrial::refuted() const {
+  const auto unlikely =
+      std::count_if(recent_.begin(), recent_.end(), [](double d) { return d > kUnlikely; });
+  return options_.start_trial_frames > 0 && recent_.size() >= kFewestSeen &&
+         2 * static_cast<size_t>(unlikely) > recent_.size();
+}
+
+}  // namespace diorama::vo

@@ -1,0 +1,40 @@
+// A start on trial: two frames do not tell a camera that moves from a thing that moves with it, a
+// board held before the lens; what the objects say in the frames that follow does.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <span>
+
+#include "core/measurements.h"
+#include "vo/map.h"
+#include "vo/vo_options.h"
+
+namespace diorama::vo {
+
+// Squared distance, in standard deviations of the measurement, between where an object of the map
+// is seen and where the camera's pose has it; of several that which agrees best, since objects may
+// move by themselves. Nothing when none is seen.
+std::optional<double> discrepancy(const Map& map, const SE3& T_world_camera,
+                                  std::span<const ObjectMeasurement> objects,
+                                  const VoOptions& options);
+
+class StartTrial {
+ public:
+  explicit StartTrial(const VoOptions& options) : options_(options) {}
+
+  void begin() { frames_ = 0, recent_.clear(); }
+  // One frame, as long as the objects are asked.
+  void add(std::optional<double> discrepancy);
+
+  bool over() const { return frames_ >= options_.start_trial_frames; }
+  // The objects contradict the map in most of the last frames.
+  bool refuted() const;
+
+ private:
+  const VoOptions& options_;
+  int frames_ = 0;
+  std::deque<double> recent_;
+};
+
+}  // namespace diorama::vo
