@@ -3,6 +3,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -43,6 +44,24 @@ int report(const Error& error) {
   return error.code();
 }
 
+// What was not understood, and whose help says more.
+std::string complaint(const CLI::App& app, const std::string& what, int argc,
+                      const char* const* argv) {
+  const std::vector<const CLI::App*> parsed = app.get_subcommands({});
+  const auto command =
+      std::find_if(parsed.begin(), parsed.end(), [](const CLI::App* sub) { return sub->parsed(); });
+  if (command != parsed.end()) return what + "; see diorama " + (*command)->get_name() + " --help";
+  std::string line = what;
+  if (argc > 1 && argv[1][0] != '-') {
+    std::vector<std::string> names;
+    for (const Command& known : kCommands) names.emplace_back(known.name);
+    const std::string near = nearestName(argv[1], names);
+    line = "unknown command `" + std::string(argv[1]) + "`" +
+           (near.empty() ? "" : "; did you mean `" + near + "`?");
+  }
+  return line + "; see diorama --help";
+}
+
 int parseAndRun(int argc, const char* const* argv) {
   CLI::App app{"Diorama: synthetic scenes and object SLAM, closed loop", "diorama"};
   app.set_version_flag("--version", DIORAMA_VERSION);
@@ -57,15 +76,7 @@ int parseAndRun(int argc, const char* const* argv) {
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    std::string line = error.what();
-    if (app.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
-      std::vector<std::string> names;
-      for (const Command& command : kCommands) names.emplace_back(command.name);
-      const std::string near = nearestName(argv[1], names);
-      line = "unknown command `" + std::string(argv[1]) + "`" +
-             (near.empty() ? "" : "; did you mean `" + near + "`?");
-    }
-    std::fprintf(stderr, "diorama: %s; see diorama --help\n", line.c_str());
+    std::fprintf(stderr, "diorama: %s\n", complaint(app, error.what(), argc, argv).c_str());
     return kExitUsage;
   }
   return action();

@@ -32,9 +32,20 @@ void writeReport(const RunArguments& arguments, const Metrics& metrics) {
   if (!arguments.no_report) writeRunReport({folder}, folder / "report.html");
 }
 
+// A table of dashes does not say what is wrong.
+void reportWhatNeverWas(const RunArguments& arguments, const Metrics& metrics) {
+  const fs::path events = fs::path(arguments.output) / "events.csv";
+  for (const auto& [name, object] : metrics.objects)
+    if (arguments.method != "vo" && object.claimed_ratio == 0.0)
+      std::fprintf(stderr, "%s was never held; %s says why\n", name.c_str(), events.c_str());
+  if (arguments.method != "ebt" && !metrics.start_frame)
+    std::fprintf(stderr, "there was no estimate of the camera; %s says why\n", events.c_str());
+}
+
 int reportMetrics(const RunArguments& arguments, const Metrics& metrics) {
   const fs::path folder = arguments.output;
   std::fputs(formatMetrics(metrics).c_str(), stdout);
+  reportWhatNeverWas(arguments, metrics);
   if (!arguments.no_video) std::printf("overlay: %s\n", (folder / "overlay.mp4").c_str());
   if (!arguments.no_report) std::printf("report: %s\n", (folder / "report.html").c_str());
   int code = kExitDone;

@@ -44,8 +44,10 @@ int train(const TrainArguments& arguments) {
     const ObjectDatabase database = trainFrom(file, model, options.training);
     const fs::path output = databaseFile(arguments, name);
     writeDatabase(database, output);
-    std::printf("%s: %zu features in %zu views\n", output.c_str(), database.features.size(),
-                database.views.size());
+    // The size tells a wrong --scale.
+    const Vector3f size = model.mesh.maxCorner() - model.mesh.minCorner();
+    std::printf("%s: %zu features in %zu views of %.3g x %.3g x %.3g m\n", output.c_str(),
+                database.features.size(), database.views.size(), size.x(), size.y(), size.z());
   }
   return kExitDone;
 }

@@ -42,6 +42,15 @@ TEST(CommandLine, UsageErrors) {
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
+TEST(CommandLine, TheHelpThatIsNamedIsThatOfTheCommand) {
+  const test::TemporaryFolder folder;
+  expectOneLine(runDiorama({"run"}, folder), kExitUsage, "see diorama run --help");
+  expectOneLine(runDiorama({"train", "mug", "--scael", "1"}, folder), kExitUsage,
+                "see diorama train --help");
+  expectOneLine(runDiorama({"rnu"}, folder), kExitUsage,
+                "unknown command `rnu`; did you mean `run`?; see diorama --help");
+}
+
 TEST(CommandLine, HelpAndVersionSucceed) {
   const test::TemporaryFolder folder;
   EXPECT_EQ(runDiorama({"--help"}, folder).code, 0);

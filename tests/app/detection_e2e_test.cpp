@@ -24,7 +24,7 @@ TEST(Detection, ATrainedDatabaseStartsTheTrackByItself) {
       {"train", "orange_juice_carton", "-o", (folder / "carton.db").string(), "--set", "views=30"},
       folder);
   ASSERT_EQ(train.code, 0) << train.err;
-  EXPECT_THAT(train.out, HasSubstr("features in 90 views"));
+  EXPECT_THAT(train.out, HasSubstr("features in 90 views of 0.096 x"));
 
   // The sequence names the database, and its own initial pose is not looked at.
   const auto yaml = std::filesystem::path(sequence) / "sequence.yaml";
