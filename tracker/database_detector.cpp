@@ -247,7 +247,8 @@ DatabaseDetector::DatabaseDetector(std::vector<DetectorObject> objects, Camera c
     : camera_(std::move(camera)), options_(std::move(options)) {
   for (DetectorObject& object : objects) {
     if (object.database.mesh_sha256 != meshChecksum(object.model.mesh))
-      throw InputError(SourcePlace{object.model.name}, "the database was made from another mesh",
+      throw InputError(SourcePlace{object.model.name},
+                       "the database was made from another mesh, scale or axis",
                        "make it again with `diorama train`");
     finders_.push_back(std::make_unique<Finder>(std::move(object),
                                                 static_cast<int>(finders_.size()), camera_, rays,
