@@ -8,6 +8,20 @@
 #include "core/errors.h"
 
 namespace diorama {
+namespace {
+
+// Poses are given by hand or by another program, which the image then corrects where it knows
+// better: it does not know how a tin is turned.
+ObjectPrediction givenStart(const SE3& T_camera_object) {
+  constexpr double kSigma_m = 0.01, kSigma_rad = 0.035;
+  ObjectPrediction start{T_camera_object};
+  start.covariance.diagonal() << Vector3d::Constant(kSigma_m * kSigma_m),
+      Vector3d::Constant(kSigma_rad * kSigma_rad);
+  start.independent = true;
+  return start;
+}
+
+}  // namespace
 
 ObjectStage::ObjectStage(PipelineObject parts, size_t number, Method method, bool detected,
                          const PipelineOptions& options)
@@ -55,8 +69,7 @@ void ObjectStage::note(Sighting& sighting, const char* event, double value,
 std::optional<ObjectPrediction> ObjectStage::findStart(const Guidance& guidance,
                                                        const std::optional<Detection>& detection,
                                                        Sighting& sighting) const {
-  if (first_ && parts_.initial_T_camera_object)
-    return ObjectPrediction{*parts_.initial_T_camera_object};
+  if (first_ && parts_.initial_T_camera_object) return givenStart(*parts_.initial_T_camera_object);
   std::optional<ObjectPrediction> start;
   if (begun_ && (!claimed_ || isClaimedInVain(guidance)) && (start = guidance.prediction))
     note(sighting, "reset", guidance.missed_frames,
@@ -68,7 +81,7 @@ std::optional<ObjectPrediction> ObjectStage::findStart(const Guidance& guidance,
                               : "found by its edges");
   sighting.doubt = guidance.overdue;
   start = ObjectPrediction{detection->T_camera_object, detection->covariance};
-  start->verified = true;
+  start->verified = start->independent = true;
   return start;
 }
 

@@ -34,6 +34,9 @@ struct ObjectPrediction {
   SE3 T_camera_object;
   Matrix6d covariance = Matrix6d::Identity();
   bool verified = false;  // there is other evidence for it than the tracker's own
+  // Its covariance tells what is known beside the images that the tracker has seen: a detection's,
+  // or of a pose that was given.
+  bool independent = false;
 };
 
 }  // namespace diorama

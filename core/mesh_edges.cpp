@@ -13,7 +13,10 @@
 namespace diorama {
 namespace {
 
-using Face = std::array<int, 3>;
+struct Face {
+  std::array<int, 3> vertices;     // welded
+  const Eigen::Vector3i* corners;  // of the mesh
+};
 
 // A uniform grid with one vertex per cell: vertices within the tolerance are found in the 27 cells
 // around.
@@ -56,16 +59,19 @@ std::vector<Face> weldFaces(const Mesh& mesh, double tolerance, MeshEdges& model
   for (size_t i = 0; i < welded.size(); ++i)
     welded[i] = welder.weld(mesh.positions[i].cast<double>() - model.centre_object);
 
-  std::vector<std::pair<Face, Face>> faces;  // sorted vertices, and in their order
+  using Vertices = std::array<int, 3>;
+  std::vector<std::pair<Vertices, Face>> faces;  // sorted vertices first
   for (const Eigen::Vector3i& t : mesh.triangles) {
     const auto at = [&](int i) { return welded[static_cast<size_t>(t[i])]; };
-    const Face face{at(0), at(1), at(2)};
+    const Vertices face{at(0), at(1), at(2)};
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) continue;
-    Face sorted = face;
+    Vertices sorted = face;
     std::sort(sorted.begin(), sorted.end());
-    faces.emplace_back(sorted, face);
+    faces.push_back({sorted, {face, &t}});
   }
-  std::sort(faces.begin(), faces.end());
+  std::sort(faces.begin(), faces.end(), [](const auto& f, const auto& g) {
+    return std::tie(f.first, f.second.vertices) < std::tie(g.first, g.second.vertices);
+  });
   std::vector<Face> out;
   for (size_t i = 0; i < faces.size(); ++i)
     if (i == 0 || faces[i].first != faces[i - 1].first) out.push_back(faces[i].second);
@@ -77,29 +83,45 @@ struct Side {
   int a, b;         // the edge, a < b
   Vector3d normal;  // unit
   Vector3d inward;  // unit, in the face, perpendicular to the edge, towards the third vertex
+  Vector3f shading_a, shading_b;  // the mesh's normals at its ends; zero without any
 };
 
-std::vector<Side> sidesOf(const std::vector<Face>& faces, const MeshEdges& model, double diameter) {
+std::vector<Side> sidesOf(const Mesh& mesh, const std::vector<Face>& faces, const MeshEdges& model,
+                          double diameter) {
   const auto vertex = [&](int i) -> const Vector3d& {
     return model.vertices[static_cast<size_t>(i)];
   };
+  const auto shading = [&](const Face& face, size_t k) -> Vector3f {
+    if (mesh.normals.empty()) return Vector3f::Zero();
+    return mesh.normals[static_cast<size_t>((*face.corners)[static_cast<int>(k)])];
+  };
   std::vector<Side> sides;
-  for (const Face& f : faces) {
+  for (const Face& face : faces) {
+    const std::array<int, 3>& f = face.vertices;
     const Vector3d n = (vertex(f[1]) - vertex(f[0])).cross(vertex(f[2]) - vertex(f[0]));
     // A sliver has no direction: its height is below a millionth of the model.
     if (n.norm() < 1e-12 * diameter * diameter) continue;
     for (size_t k = 0; k < 3; ++k) {
-      const auto [a, b] = std::minmax(f[k], f[(k + 1) % 3]);
+      size_t from = k, to = (k + 1) % 3;
+      if (f[from] > f[to]) std::swap(from, to);
+      const int a = f[from], b = f[to];
       const Vector3d along = (vertex(b) - vertex(a)).normalized();
       Vector3d inward = vertex(f[(k + 2) % 3]) - vertex(a);
       inward -= along * along.dot(inward);
-      sides.push_back({a, b, n.normalized(), inward.normalized()});
+      sides.push_back(
+          {a, b, n.normalized(), inward.normalized(), shading(face, from), shading(face, to)});
     }
   }
   std::stable_sort(sides.begin(), sides.end(), [](const Side& s, const Side& t) {
     return std::tie(s.a, s.b) < std::tie(t.a, t.b);
   });
   return sides;
+}
+
+// Whether the mesh is shaded as if there were no edge.
+bool isShadedAcross(const Side& s, const Side& t) {
+  constexpr float kAlike = 0.99f;  // cosine
+  return s.shading_a.dot(t.shading_a) > kAlike && s.shading_b.dot(t.shading_b) > kAlike;
 }
 
 // The edge between the given faces; nothing when it is flat. The fold is taken from the directions
@@ -116,7 +138,8 @@ std::optional<MeshEdge> classify(const Side* sides, size_t count, const MeshEdge
   const double flatness = -sides[0].inward.dot(sides[1].inward);  // n1 . n2 when wound alike
   edge.n2 = sides[1].normal;
   if (edge.n1.dot(edge.n2) * flatness < 0) edge.n2 = -edge.n2;
-  if (count > 2 || flatness <= options.sharp_cosine)
+  const bool rounded = flatness > options.rounded_cosine && isShadedAcross(sides[0], sides[1]);
+  if (count > 2 || (flatness <= options.sharp_cosine && !rounded))
     edge.kind = EdgeKind::kSharp;
   else if (flatness < options.flat_cosine)
     edge.kind = EdgeKind::kSmooth;
@@ -136,7 +159,7 @@ MeshEdges findMeshEdges(const Mesh& mesh, const MeshEdgeOptions& options) {
 
   // Below 1e-6 of the model, single precision of the vertices decides.
   const double tolerance = std::max(options.weld_tolerance, 1e-6) * diameter;
-  const std::vector<Side> sides = sidesOf(weldFaces(mesh, tolerance, model), model, diameter);
+  const std::vector<Side> sides = sidesOf(mesh, weldFaces(mesh, tolerance, model), model, diameter);
   for (size_t i = 0, next; i < sides.size(); i = next) {
     for (next = i + 1; next < sides.size(); ++next)
       if (sides[next].a != sides[i].a || sides[next].b != sides[i].b) break;

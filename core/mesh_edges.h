@@ -21,8 +21,12 @@ struct MeshEdge {
 
 struct MeshEdgeOptions {
   // An edge between two faces is sharp when |n1 . n2| is at most this (a dihedral between 25.8 and
-  // 154.2 degrees, Choi and Christensen 2012).
+  // 154.2 degrees, Choi and Christensen 2012) ...
   double sharp_cosine = 0.9;
+  // ... unless the mesh's own normals run on smoothly across it: then its faces stand for a round
+  // surface, however few they are. Of folds beyond this that is not believed: boxes are often
+  // exported with one normal per corner.
+  double rounded_cosine = 0.5;
   // Smooth edges between faces flatter than this cannot be told from a plane and are dropped.
   double flat_cosine = 0.99999;
   double weld_tolerance = 1e-4;  // vertices nearer than this, in model diameters, are one

@@ -78,7 +78,7 @@ class DatabaseDetector::Finder {
   std::array<SE3, 5> turned(const SE3& T_camera_object) const;
   std::optional<double> look(const Picture& picture, const SE3& T_camera_object,
                              int most_points) const;
-  Detection examine(const Picture& picture, const SE3& T_camera_object);
+  Detection examine(const Picture& picture, const ObjectPrediction& start);
   double evidence(const Detection& detection) const;
   bool isProven(const Detection& detection) const;
   bool isProvenByFeatures(const Detection& detection, size_t closely, double share) const;
@@ -131,7 +131,7 @@ std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& pictur
   const SE3& T = pose.T_camera_object;
   std::optional<Detection> best;
   double best_score = 0;
-  const auto tryFrom = [&](const SE3& start) {
+  const auto tryFrom = [&](const ObjectPrediction& start) {
     Detection detection = examine(picture, start);
     const SE3& T_found = detection.T_camera_object;
     const auto agreeing = [&](double inlier_px) {
@@ -153,10 +153,12 @@ std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& pictur
   };
   const auto isCertain = [&] { return best && evidence(*best) >= options_.certain_evidence; };
   const SE3 tilted = tiltedTheOtherWay(T, matches, pose.inliers);
-  tryFrom(T);
-  tryFrom(tilted);
+  // What the edges do not know, the features do: how a tin is turned.
   for (const SE3& start : {T, tilted})
-    if (!isCertain()) tryFrom(templates_.refine(start, picture.edges()).T_camera_object);
+    tryFrom({start, covarianceByMatches(matches, pose.inliers, camera_, start, options_.inlier_px),
+             false, true});
+  for (const SE3& start : {T, tilted})
+    if (!isCertain()) tryFrom({templates_.refine(start, picture.edges()).T_camera_object});
   return best;
 }
 
@@ -171,7 +173,7 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
     });
   };
   const auto tryFrom = [&](const SE3& start) {
-    const Detection detection = examine(picture, start);
+    const Detection detection = examine(picture, {start});
     if (isProven(detection)) seen.push_back(detection);
   };
   for (const EdgeTemplates::Candidate& candidate : templates_.find(picture.edges(), looks)) {
@@ -212,8 +214,8 @@ std::optional<double> DatabaseDetector::Finder::look(const Picture& picture, con
                       most_points);
 }
 
-Detection DatabaseDetector::Finder::examine(const Picture& picture, const SE3& T_camera_object) {
-  const ObjectMeasurement measured = verifier_.examine(picture.frame, {T_camera_object});
+Detection DatabaseDetector::Finder::examine(const Picture& picture, const ObjectPrediction& start) {
+  const ObjectMeasurement measured = verifier_.examine(picture.frame, start);
   const SE3& T = measured.T_camera_object;
   return {T, measured.health, look(picture, T, options_.look_points)};
 }

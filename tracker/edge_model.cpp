@@ -70,8 +70,10 @@ ProjectedBox projectedBox(const EdgeModel& model, const Camera& camera, const SE
 EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options) {
   EdgeModel model;
   if (mesh.positions.empty()) return model;
-  MeshEdges found = findMeshEdges(
-      mesh, {options.sharp_edge_cosine, options.flat_edge_cosine, options.weld_tolerance});
+  MeshEdges found = findMeshEdges(mesh, {.sharp_cosine = options.sharp_edge_cosine,
+                                         .rounded_cosine = options.rounded_edge_cosine,
+                                         .flat_cosine = options.flat_edge_cosine,
+                                         .weld_tolerance = options.weld_tolerance});
   model.centre_object = found.centre_object;
   model.diameter = mesh.diameter();
   if (!(model.diameter > 0)) return model;

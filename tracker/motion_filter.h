@@ -13,6 +13,7 @@ namespace diorama {
 struct PosePrior {
   SE3 T_camera_model;
   Matrix6d information = Matrix6d::Zero();  // inverse covariance, right tangent
+  bool independent = false;                 // of the images that the tracker has seen
 
   // Less than 1 where a pose is further away than the covariance explains: a jerk.
   double weightOf(const SE3& T_camera_model_found) const;

@@ -137,6 +137,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
 // The object may be elsewhere now: what it looked like still holds, how it moved does not.
 void EdgeTracker::Implementation::begin(const SE3& T_camera_model) {
   motion_.stop();
+  refiner_.setKnown(Matrix6d::Zero());
   T_last_ = T_good_ = T_camera_model;
   state_ = State::kStarting;
   doubts_ = 0;
@@ -154,9 +155,10 @@ Estimate EdgeTracker::Implementation::estimateFrom(const Frame& frame,
   const uint32_t index = static_cast<uint32_t>(frame.index);
   if (!starting_ && (state_ != State::kLost || reference_good_)) return follow(frame);
   // What other evidence there is for it counts; what is expected by this tracker's poses does not.
-  const auto prior = verified ? std::optional(toPrior(*start)) : std::nullopt;
+  const auto prior = start && start->independent ? std::optional(toPrior(*start)) : std::nullopt;
   Estimate estimate =
       startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), prior, index);
+  if (prior) refiner_.setKnown(prior->weightOf(estimate.T_camera_model) * prior->information);
   if (!expected || verified || isNearLast(estimate, options_.wide_search_px)) return estimate;
   // It is not there: a start as any other.
   refiner_.setImage(frame, Covers::kAgainstPose);
@@ -262,7 +264,8 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
     return notClaimed(frame, problem);
   image_.build(frame.gray);
   refiner_.setImage(frame, Covers::kIgnored);
-  const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object));
+  const auto prior = start.independent ? std::optional(toPrior(start)) : std::nullopt;
+  const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object), prior);
   return report(frame, estimate, estimate.health.value >= options_.start_health);
 }
 
@@ -272,6 +275,7 @@ ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const Tr
   starting_ = starting_ && !reference_good_;  // later starts are not tried for ever
   T_last_ = T_good_;
   motion_.stop();
+  refiner_.setKnown(Matrix6d::Zero());
   filter_.stop();
   ObjectMeasurement measurement = notClaimed(
       frame, "lost: " + (health.reason.empty() ? "hardly an edge agrees with any pose tried"
@@ -377,7 +381,8 @@ ObjectMeasurement EdgeTracker::Implementation::notClaimed(const Frame& frame,
 
 PosePrior EdgeTracker::Implementation::toPrior(const ObjectPrediction& start) const {
   const Matrix6d move = adjoint(SE3{Eigen::Quaterniond::Identity(), model_.centre_object});
-  return {toModel(start.T_camera_object), move.transpose() * start.covariance.llt().solve(move)};
+  return {toModel(start.T_camera_object), move.transpose() * start.covariance.llt().solve(move),
+          start.independent};
 }
 
 SE3 EdgeTracker::Implementation::toModel(const SE3& T_camera_object) const {

@@ -63,9 +63,11 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     estimate.own_covariance =
         covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
     // Texture is told by poses of earlier frames, whose edges were displaced likewise: the edges
-    // alone say what the shared errors come to.
+    // alone, and what was known before, say what the shared errors come to.
+    const Matrix6d known =
+        prior && prior->independent ? prior->weightOf(T) * prior->information : known_;
     const Matrix6d by_edges =
-        covarianceFromHessian(estimate.edges.hessian, kUnknownSigmaM, kUnknownSigmaRad);
+        covarianceFromHessian(estimate.edges.hessian + known, kUnknownSigmaM, kUnknownSigmaRad);
     estimate.covariance =
         estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }

@@ -52,6 +52,10 @@ class PoseRefiner {
     T_changed_.reset();
   }
 
+  // What is known of the pose beside the images, as long as it is followed from where that was so:
+  // information, right tangent. Errors that the edges share weigh the less where it is much.
+  void setKnown(const Matrix6d& information) { known_ = information; }
+
   // One round of search for each range, from wide to narrow.
   Estimate refine(const SE3& start, const std::vector<int>& search_ranges_px,
                   const std::optional<PosePrior>& prior = std::nullopt);
@@ -123,6 +127,7 @@ class PoseRefiner {
   std::optional<SE3> T_changed_;
   Covers covers_ = Covers::kIgnored;
   std::vector<Contrast> memory_;  // one per sample of the model
+  Matrix6d known_ = Matrix6d::Zero();
   std::optional<EdgePicture> picture_;
   std::optional<SE3> T_before_;  // while edges are taken for smeared
 };

@@ -11,6 +11,9 @@ struct TrackerOptions {
   // Model edges. An edge between two faces is sharp when |n1 . n2| is at most this (a dihedral
   // between 25.8 and 154.2 degrees, Choi and Christensen 2012).
   double sharp_edge_cosine = 0.9;
+  // Up to this the mesh's own normals are believed where they run on smoothly across a fold: it
+  // stands for a round surface and shows on the outline alone. 1 = never.
+  double rounded_edge_cosine = 0.5;
   // Smooth edges between faces flatter than this cannot be told from a plane and are dropped.
   double flat_edge_cosine = 0.99999;
   double weld_tolerance = 1e-4;    // vertices nearer than this, in model diameters, are one
@@ -93,6 +96,7 @@ struct TrackerOptions {
   template <class V>
   void visit(V& v) {
     v("sharp_edge_cosine", sharp_edge_cosine, kFraction);
+    v("rounded_edge_cosine", rounded_edge_cosine, kFraction);
     v("flat_edge_cosine", flat_edge_cosine, kFraction);
     v("weld_tolerance", weld_tolerance, Range{0, 0.1});
     v("samples_per_diameter", samples_per_diameter, Range{8, 4096});
