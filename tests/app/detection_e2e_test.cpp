@@ -54,6 +54,23 @@ TEST(Detection, ATrainedDatabaseStartsTheTrackByItself) {
   EXPECT_FALSE(std::filesystem::exists(folder / "x"));
 }
 
+// Edges do not tell how a tin is turned: its print does, and what was known at the start.
+TEST(Detection, ATinIsFollowedAsItIsTurned) {
+  const test::TemporaryFolder folder;
+  folder.write("tin.yaml", R"(
+camera: {width: 640, height: 480, fx: 610, fy: 610, cx: 319.5, cy: 239.5, rate_hz: 30}
+duration_s: 0.5
+environment: plain_room
+objects: [{name: tin, model: can_tomato, on: table, at: [0, 0], yaw_rad: 2.1, track: true}]
+path: {type: orbit, center: [0, 0, 0.05], radius_m: 0.4, height_m: 0.2, start_rad: -2.2, rate_rad_s: 1}
+)");
+  const ProgramResult run = runDiorama(
+      {"run", (folder / "tin.yaml").string(), "-o", (folder / "run").string(), "--quality", "draft",
+       "--method", "ebt", "--initial", "given", "--no-video", "--expect", "success_5cm_5deg==1"},
+      folder);
+  EXPECT_EQ(run.code, 0) << run.out << run.err;
+}
+
 TEST(Detection, SayWhatIsWrongWithTraining) {
   const test::TemporaryFolder folder;
   const ProgramResult missing =

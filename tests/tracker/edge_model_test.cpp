@@ -57,6 +57,23 @@ TEST(EdgeModel, SharpIsAFoldOfMoreThan26Degrees) {
   EXPECT_EQ(makeEdgeModel(foldedSheet(0), {}).edges.size(), 6u);
 }
 
+TEST(EdgeModel, AFoldThatIsShadedSmoothlyIsRound) {
+  const double degree = std::numbers::pi / 180;
+  for (const double fold : {36 * degree, 80 * degree}) {
+    Mesh mesh = foldedSheet(fold);
+    const Vector3f left(0, 0, 1),
+        right(-static_cast<float>(std::sin(fold)), 0, static_cast<float>(std::cos(fold)));
+    const Vector3f between = (left + right).normalized();
+    mesh.normals = {left, between, between, left, right, right};
+    // Nobody shades a box's edge smoothly on purpose.
+    EXPECT_EQ(countKind(makeEdgeModel(mesh, {}), EdgeKind::kSharp), fold > 1);
+    EXPECT_EQ(countKind(makeEdgeModel(mesh, {}), EdgeKind::kSmooth), fold < 1);
+    TrackerOptions never;
+    never.rounded_edge_cosine = 1;
+    EXPECT_EQ(countKind(makeEdgeModel(mesh, never), EdgeKind::kSharp), 1);
+  }
+}
+
 TEST(EdgeModel, WindingDoesNotMatter) {
   for (const double fold : {0.0, 0.2, 1.0}) {
     const EdgeModel same = makeEdgeModel(foldedSheet(fold), {});

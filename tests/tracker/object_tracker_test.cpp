@@ -124,6 +124,21 @@ TEST(EdgeTracker, ConvergesFromAPerturbedStart) {
   }
 }
 
+TEST(EdgeTracker, WhatIsKnownBesideTheImagesCountsInWhatFollows) {
+  const test::BoxScene scene;
+  const auto variancesFrom = [&](bool independent) {
+    std::optional<ObjectPrediction> start{{poseOf(0), 1e-8 * Matrix6d::Identity()}};
+    start->independent = independent;
+    const auto tracker = makeTracker(scene);
+    std::vector<double> variances;
+    for (int i = 0; i < 4; ++i, start.reset())
+      variances.push_back(tracker->track(scene.draw(poseOf(i), i), start).covariance.trace());
+    return variances;
+  };
+  const std::vector<double> with = variancesFrom(true), without = variancesFrom(false);
+  for (size_t i = 0; i < 4; ++i) EXPECT_LT(with[i], 0.9 * without[i]) << i;
+}
+
 TEST(EdgeTracker, SaysWithinThreeFramesThatTheObjectIsGone) {
   const test::BoxScene scene;
   const auto tracker = makeTracker(scene);
