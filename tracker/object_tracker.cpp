@@ -242,8 +242,11 @@ Estimate EdgeTracker::Implementation::startAt(const SE3& start,
                                               uint32_t frame_index) {
   const FilterOptions& options = options_.filter;
   Estimate best = refiner_.refineStart(start, prior);
-  // With good grey values the rescue does as well, and costs less.
-  if (best.health.value >= options_.certain_health || options.start_particles == 0 ||
+  // A start that the image leaves where it was needs no comparison; with good grey values the
+  // rescue does as well, and costs less.
+  const bool kept = best.health.value >= options_.start_health &&
+                    refiner_.pixelMotion(best.T_camera_model, start) < options_.narrow_search_px;
+  if (kept || best.health.value >= options_.certain_health || options.start_particles == 0 ||
       reference_good_)
     return refiner_.searchNeighbours(best, prior);
   const std::vector<int> ranges{options.start_search_px, options.search_px};
