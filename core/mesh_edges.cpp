@@ -83,6 +83,7 @@ struct Side {
   int a, b;         // the edge, a < b
   Vector3d normal;  // unit
   Vector3d inward;  // unit, in the face, perpendicular to the edge, towards the third vertex
+  double width;     // of the face, that way
   Vector3f shading_a, shading_b;  // the mesh's normals at its ends; zero without any
 };
 
@@ -108,8 +109,8 @@ std::vector<Side> sidesOf(const Mesh& mesh, const std::vector<Face>& faces, cons
       const Vector3d along = (vertex(b) - vertex(a)).normalized();
       Vector3d inward = vertex(f[(k + 2) % 3]) - vertex(a);
       inward -= along * along.dot(inward);
-      sides.push_back(
-          {a, b, n.normalized(), inward.normalized(), shading(face, from), shading(face, to)});
+      sides.push_back({a, b, n.normalized(), inward.normalized(), inward.norm(),
+                       shading(face, from), shading(face, to)});
     }
   }
   std::stable_sort(sides.begin(), sides.end(), [](const Side& s, const Side& t) {
@@ -124,9 +125,18 @@ bool isShadedAcross(const Side& s, const Side& t) {
   return s.shading_a.dot(t.shading_a) > kAlike && s.shading_b.dot(t.shading_b) > kAlike;
 }
 
+// Whether two faces that meet like this stand for a round surface.
+bool isRound(const Side& s, const Side& t, double flatness, double diameter,
+             const MeshEdgeOptions& options) {
+  const double radius = std::min(s.width, t.width) / std::acos(std::clamp(flatness, -1.0, 1.0));
+  return flatness > options.rounded_cosine && radius >= options.rounded_radius * diameter &&
+         isShadedAcross(s, t);
+}
+
 // The edge between the given faces; nothing when it is flat. The fold is taken from the directions
 // into the faces, not from the normals, since meshes with mixed winding are common.
-std::optional<MeshEdge> classify(const Side* sides, size_t count, const MeshEdgeOptions& options) {
+std::optional<MeshEdge> classify(const Side* sides, size_t count, double diameter,
+                                 const MeshEdgeOptions& options) {
   MeshEdge edge;
   edge.a = sides[0].a;
   edge.b = sides[0].b;
@@ -138,8 +148,8 @@ std::optional<MeshEdge> classify(const Side* sides, size_t count, const MeshEdge
   const double flatness = -sides[0].inward.dot(sides[1].inward);  // n1 . n2 when wound alike
   edge.n2 = sides[1].normal;
   if (edge.n1.dot(edge.n2) * flatness < 0) edge.n2 = -edge.n2;
-  const bool rounded = flatness > options.rounded_cosine && isShadedAcross(sides[0], sides[1]);
-  if (count > 2 || (flatness <= options.sharp_cosine && !rounded))
+  if (count > 2 || (flatness <= options.sharp_cosine &&
+                    !isRound(sides[0], sides[1], flatness, diameter, options)))
     edge.kind = EdgeKind::kSharp;
   else if (flatness < options.flat_cosine)
     edge.kind = EdgeKind::kSmooth;
@@ -163,7 +173,8 @@ MeshEdges findMeshEdges(const Mesh& mesh, const MeshEdgeOptions& options) {
   for (size_t i = 0, next; i < sides.size(); i = next) {
     for (next = i + 1; next < sides.size(); ++next)
       if (sides[next].a != sides[i].a || sides[next].b != sides[i].b) break;
-    if (const auto edge = classify(&sides[i], next - i, options)) model.edges.push_back(*edge);
+    if (const auto edge = classify(&sides[i], next - i, diameter, options))
+      model.edges.push_back(*edge);
   }
   return model;
 }

@@ -25,8 +25,10 @@ struct MeshEdgeOptions {
   double sharp_cosine = 0.9;
   // ... unless the mesh's own normals run on smoothly across it: then its faces stand for a round
   // surface, however few they are. Of folds beyond this that is not believed: boxes are often
-  // exported with one normal per corner.
+  // exported with one normal per corner. And a round of a small radius, in model diameters, looks
+  // like the edge that it softens.
   double rounded_cosine = 0.5;
+  double rounded_radius = 0.02;
   // Smooth edges between faces flatter than this cannot be told from a plane and are dropped.
   double flat_cosine = 0.99999;
   double weld_tolerance = 1e-4;  // vertices nearer than this, in model diameters, are one

@@ -74,6 +74,19 @@ TEST(EdgeModel, AFoldThatIsShadedSmoothlyIsRound) {
   }
 }
 
+TEST(EdgeModel, ABevelIsAnEdge) {
+  // Between two faces of 1 m, one of a centimetre that turns half of the way.
+  Mesh mesh;
+  const float c = std::sqrt(0.5f), w = 0.01f * c;
+  mesh.positions = {{-1, 0, 0}, {0, 0, 0},  {0, 1, 0},  {-1, 1, 0},
+                    {w, 0, -w}, {w, 1, -w}, {w, 0, -1}, {w, 1, -1}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 4, 5}, {1, 5, 2}, {4, 6, 7}, {4, 7, 5}};
+  const Vector3f up(0, 0, 1), across(1, 0, 0), slanted(c, 0, c);
+  const Vector3f first = (up + slanted).normalized(), second = (slanted + across).normalized();
+  mesh.normals = {up, first, first, up, second, second, across, across};
+  EXPECT_EQ(countKind(makeEdgeModel(mesh, {}), EdgeKind::kSharp), 2);
+}
+
 TEST(EdgeModel, WindingDoesNotMatter) {
   for (const double fold : {0.0, 0.2, 1.0}) {
     const EdgeModel same = makeEdgeModel(foldedSheet(fold), {});
