@@ -123,7 +123,9 @@ std::function<int()> setUpRun(CLI::App& app) {
   app.add_option("--odometry", arguments->odometry,
                  "vo, simulated or replay:FILE; several with commas: the first that measures leads")
       ->capture_default_str();
-  app.add_option("--tracker", arguments->tracker, "edge or replay:FILE (a measurements.csv)")
+  app.add_option("--tracker", arguments->tracker,
+                 "edge or replay:FILE (a measurements.csv); several with commas: the first that "
+                 "holds it leads")
       ->capture_default_str();
   app.add_option("--quality", arguments->quality, "of a scene's pictures: draft, standard or high")
       ->capture_default_str();

@@ -1,10 +1,13 @@
 #include "app/run_setup.h"
 
 #include <algorithm>
+#include <functional>
+#include <map>
 
 #include "app/odometry_relay.h"
 #include "app/replay_odometry.h"
 #include "app/replay_tracker.h"
+#include "app/tracker_relay.h"
 #include "core/errors.h"
 #include "core/measurements_io.h"
 #include "core/text.h"
@@ -24,6 +27,18 @@ std::optional<fs::path> replayFile(const std::string& name) {
   return name.substr(replay.size());
 }
 
+// `vo,simulated`: in the order of preference.
+std::vector<std::string> namesIn(const std::string& list) {
+  std::vector<std::string> names;
+  for (const std::string_view name : split(list, ',')) names.emplace_back(name);
+  return names;
+}
+
+bool isIn(const std::string& list, const std::string& name) {
+  const std::vector<std::string> names = namesIn(list);
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 }  // namespace
 
 Method parseMethod(const std::string& name) {
@@ -37,24 +52,16 @@ void checkSupported(const RunArguments& arguments) {
   parseMethod(arguments.method);
   if (arguments.initial != "given" && arguments.initial != "detect")
     throw UsageError("--initial " + arguments.initial + ": possible: given, detect");
-  if (arguments.tracker != "edge" && !replayFile(arguments.tracker))
-    throw UsageError("--tracker " + arguments.tracker + ": possible: edge, replay:FILE");
+  for (const std::string& name : namesIn(arguments.tracker))
+    if (name != "edge" && !replayFile(name))
+      throw UsageError("--tracker " + name +
+                       ": possible: edge, replay:FILE, or several with commas between");
   if (arguments.every < 1) throw UsageError("--every must be at least 1");
 }
 
 namespace {
 
-// `vo,simulated`: in the order of preference.
-std::vector<std::string> odometryNames(const RunArguments& arguments) {
-  std::vector<std::string> names;
-  for (const std::string_view name : split(arguments.odometry, ',')) names.emplace_back(name);
-  return names;
-}
-
-bool usesVisualOdometry(const RunArguments& arguments) {
-  const std::vector<std::string> names = odometryNames(arguments);
-  return std::find(names.begin(), names.end(), "vo") != names.end();
-}
+bool usesVisualOdometry(const RunArguments& arguments) { return isIn(arguments.odometry, "vo"); }
 
 std::vector<std::string> namesOf(const RunInput& input) {
   std::vector<std::string> names;
@@ -86,7 +93,7 @@ std::unique_ptr<Odometry> makeOdometry(const RunArguments& arguments, const RunI
                                        const RunOptions& options,
                                        const std::shared_ptr<const RayQuery>& rays) {
   std::vector<OdometryRelay::Runner> runners;
-  for (const std::string& name : odometryNames(arguments))
+  for (const std::string& name : namesIn(arguments.odometry))
     runners.push_back({name, makeOdometry(name, arguments, input, options, rays)});
   if (runners.size() == 1) return std::move(runners.front().odometry);
   return std::make_unique<OdometryRelay>(std::move(runners));
@@ -107,30 +114,59 @@ SE3 givenPose(const RunArguments& arguments, const RunInput& input, const KnownO
   return *known.initial_T_camera_object;
 }
 
+// What the files say that trackers replay.
+using Recordings = std::map<std::string, Measurements>;  // by the tracker's name
+
+Recordings recordingsOf(const RunArguments& arguments) {
+  Recordings recordings;
+  for (const std::string& name : namesIn(arguments.tracker))
+    if (const auto file = replayFile(name)) recordings[name] = readMeasurements(*file);
+  return recordings;
+}
+
+SE3 firstRecordedPose(const Recordings& recordings, const std::string& object) {
+  for (const auto& [name, recorded] : recordings)
+    if (const auto pose = ReplayTracker(recorded.objects, object, "replay").firstPose())
+      return *pose;
+  return SE3{};
+}
+
+std::unique_ptr<ObjectTracker> makeTracker(
+    const RunArguments& arguments, const Recordings& recordings, const KnownObject& known,
+    const std::function<std::unique_ptr<ObjectTracker>()>& makeEdgeTracker) {
+  std::vector<std::unique_ptr<ObjectTracker>> trackers;
+  for (const std::string& name : namesIn(arguments.tracker)) {
+    const auto recorded = recordings.find(name);
+    if (recorded == recordings.end())
+      trackers.push_back(makeEdgeTracker());
+    else
+      trackers.push_back(
+          std::make_unique<ReplayTracker>(recorded->second.objects, known.model.name, "replay"));
+  }
+  if (trackers.size() == 1) return std::move(trackers.front());
+  return std::make_unique<TrackerRelay>(std::move(trackers));
+}
+
 }  // namespace
 
 std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const RunInput& input,
                                         int first_frame, const RunOptions& options,
                                         const std::shared_ptr<const RayQuery>& rays) {
   std::vector<PipelineObject> objects;
-  const auto file = replayFile(arguments.tracker);
-  const Measurements recorded = file ? readMeasurements(*file) : Measurements{};
+  const Recordings recorded = recordingsOf(arguments);
   for (size_t i = 0; i < input.objects.size(); ++i) {
     const KnownObject& known = input.objects[i];
     PipelineObject object{known.model.name, nullptr, std::nullopt, known.model.symmetries};
-    if (file) {
-      auto tracker = std::make_unique<ReplayTracker>(recorded.objects, known.model.name, "replay");
-      object.initial_T_camera_object = tracker->firstPose().value_or(SE3{});
-      object.tracker = std::move(tracker);
-      objects.push_back(std::move(object));
-      continue;
-    }
-    if (arguments.initial == "given")
+    if (!isIn(arguments.tracker, "edge"))
+      object.initial_T_camera_object = firstRecordedPose(recorded, known.model.name);
+    else if (arguments.initial == "given")
       object.initial_T_camera_object = givenPose(arguments, input, known, first_frame);
-    if (parseMethod(arguments.method) != Method::kVo || usesVisualOdometry(arguments))
-      object.tracker =
-          std::make_unique<EdgeTracker>(known.model, input.source->camera(), rays,
-                                        static_cast<int>(i), options.tracker, arguments.tracker);
+    if (parseMethod(arguments.method) != Method::kVo || usesVisualOdometry(arguments) ||
+        !isIn(arguments.tracker, "edge"))
+      object.tracker = makeTracker(arguments, recorded, known, [&] {
+        return std::make_unique<EdgeTracker>(known.model, input.source->camera(), rays,
+                                             static_cast<int>(i), options.tracker, "edge");
+      });
     objects.push_back(std::move(object));
   }
   if (objects.empty())
@@ -145,13 +181,16 @@ MapperOptions mapperOptions(const RunArguments& arguments, const RunOptions& opt
   mapper.object_sigma_scale *= options.pipeline.object_sigma_scale_with_vo;
   if (mapper.odometry_memory_s == 0)
     mapper.odometry_memory_s = options.pipeline.odometry_memory_with_vo_s;
+  if (mapper.odometry_scale_sigma == 0)
+    mapper.odometry_scale_sigma = options.pipeline.odometry_scale_sigma_with_vo;
+  if (mapper.odometry_with_map.empty()) mapper.odometry_with_map = "vo";
   return mapper;
 }
 
 std::unique_ptr<ObjectDetector> makeDetector(const RunArguments& arguments, const RunInput& input,
                                              const RunOptions& options,
                                              const std::shared_ptr<const RayQuery>& rays) {
-  if (arguments.initial != "detect" || replayFile(arguments.tracker)) return nullptr;
+  if (arguments.initial != "detect" || !isIn(arguments.tracker, "edge")) return nullptr;
   std::vector<DetectorObject> objects;
   for (const KnownObject& known : input.objects)
     objects.push_back(

@@ -1,4 +1,5 @@
-// How the smoother keeps old poses up to date: back-substitution, and linearising anew.
+// How the smoother linearises, and keeps old poses up to date: back-substitution, and linearising
+// anew.
 #include <algorithm>
 
 #include "mapper/chain_smoother.h"
@@ -18,6 +19,37 @@ bool isFar(const Vector6d& delta, double limit_m, double limit_rad) {
 }
 
 }  // namespace
+
+// ----------------------------------------------------------------- residuals in charts
+
+ChartStep ChainSmoother::odometryPair(size_t from, const Pass* pass) const {
+  const OdometryFactor& factor = graph_.odometry[from];
+  const bool anew = factor.scale && pass && *factor.scale < pass->objects.size();
+  const double s = !factor.scale ? 0
+                   : anew        ? pass->objects[*factor.scale].translation.x()
+                                 : logScale(*factor.scale);
+  const LinearisedStep step =
+      linearise(factor, graph_.odometry_kernel, T_world_camera(from), T_world_camera(from + 1), s);
+  ChartStep out{inCharts(step, pose_deltas_[from], pose_deltas_[from + 1])};
+  if (from == 0) out.J_a.setZero();
+  if (!factor.scale) return out;
+  out.scale = factor.scale;
+  out.J_scale = step.J_scale;
+  if (!anew) out.r -= out.J_scale * objects_[*factor.scale].delta[0];
+  return out;
+}
+
+ChartPair ChainSmoother::objectPair(size_t pose, const ObjectFactor& factor,
+                                    const Pass* pass) const {
+  const bool anew = pass && factor.object < pass->objects.size();
+  const LinearisedPair pair =
+      linearise(factor, graph_.object_kernel, T_world_camera(pose),
+                anew ? pass->objects[factor.object] : T_world_object(factor.object));
+  ChartPair out =
+      inCharts(pair, pose_deltas_[pose], anew ? Vector6d::Zero() : objects_[factor.object].delta);
+  if (pose == 0) out.J_a.setZero();
+  return out;
+}
 
 // ----------------------------------------------------------------- the backward pass
 
@@ -178,7 +210,7 @@ void ChainSmoother::passForward() {
     if (pass_.at + 1 >= oldestOfWindow()) return finishPass();
     settle(pass_.root, pass_.at, &pass_);
     relinearisePose(pass_.at + 1);
-    cliques_[pass_.at] = pass_.root.advance(odometryPair(pass_.at));
+    cliques_[pass_.at] = pass_.root.advance(odometryPair(pass_.at, &pass_));
     const auto drops = drops_.find(++pass_.at);
     if (drops != drops_.end()) drops->second.before = pass_.root;
   }

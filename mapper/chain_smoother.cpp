@@ -5,6 +5,12 @@
 #include "core/errors.h"
 
 namespace diorama {
+namespace {
+
+// Of the numbers of a scale's variable that mean nothing, one sigma.
+constexpr double kOfNoAccount = 1e-3;
+
+}  // namespace
 
 ChainSmoother::ChainSmoother(const SmootherOptions& options, const RobustKernel& object_kernel,
                              const RobustKernel& odometry_kernel)
@@ -22,13 +28,20 @@ void ChainSmoother::start(int64_t timestamp_ns) {
 
 void ChainSmoother::addPose(int64_t timestamp_ns, const OdometryFactor& odometry) {
   const size_t from = newest();
-  graph_.poses.push_back({timestamp_ns, T_world_camera(from) * odometry.Z, {}});
+  if (odometry.scale) awaken(*odometry.scale);
+  const SE3 Z = odometry.scale ? scaled(odometry.Z, logScale(*odometry.scale)) : odometry.Z;
+  graph_.poses.push_back({timestamp_ns, T_world_camera(from) * Z, {}});
   pose_deltas_.push_back(Vector6d::Zero());
   graph_.odometry.push_back(odometry);
-  const ChartPair pair = odometryPair(from);
-  cliques_.push_back(root_.advance(pair));
+  const ChartStep step = odometryPair(from);
+  cliques_.push_back(root_.advance(step));
   saveRoot(newest());
-  belief_.advance(pair);
+  std::optional<Eigen::Index> scale;
+  if (odometry.scale) {
+    objects_[*odometry.scale].last_seen = newest();
+    scale = root_.position(*odometry.scale);
+  }
+  belief_.advance(step, scale);
   takeOver();
 }
 
@@ -36,6 +49,14 @@ size_t ChainSmoother::addObject(const std::string& name, const SE3& T_world_obje
   graph_.objects.push_back({name, T_world_object});
   objects_.emplace_back();
   return graph_.objects.size() - 1;
+}
+
+size_t ChainSmoother::addScale(double sigma) {
+  const size_t scale = addObject("", {});
+  Vector6d weights = Vector6d::Constant(1 / kOfNoAccount);
+  weights[0] = 1 / sigma;
+  addObservation(newest(), {scale, SE3{}, weights.asDiagonal(), true});
+  return scale;
 }
 
 void ChainSmoother::addObservation(size_t pose, const ObjectFactor& factor) {
@@ -160,26 +181,6 @@ Matrix6d ChainSmoother::cameraCovariance() const {
 }
 
 // ----------------------------------------------------------------- the forward pass
-
-ChartPair ChainSmoother::odometryPair(size_t from) const {
-  const LinearisedPair pair = linearise(graph_.odometry[from], graph_.odometry_kernel,
-                                        T_world_camera(from), T_world_camera(from + 1));
-  ChartPair out = inCharts(pair, pose_deltas_[from], pose_deltas_[from + 1]);
-  if (from == 0) out.J_a.setZero();
-  return out;
-}
-
-ChartPair ChainSmoother::objectPair(size_t pose, const ObjectFactor& factor,
-                                    const Pass* pass) const {
-  const bool anew = pass && factor.object < pass->objects.size();
-  const LinearisedPair pair =
-      linearise(factor, graph_.object_kernel, T_world_camera(pose),
-                anew ? pass->objects[factor.object] : T_world_object(factor.object));
-  ChartPair out =
-      inCharts(pair, pose_deltas_[pose], anew ? Vector6d::Zero() : objects_[factor.object].delta);
-  if (pose == 0) out.J_a.setZero();
-  return out;
-}
 
 // As of arriving at a pose: before anything that is seen from it.
 void ChainSmoother::saveRoot(size_t pose) {

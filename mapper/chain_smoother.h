@@ -72,10 +72,12 @@ class ChainSmoother {
   // An empty graph whose first pose is the fixed identity. Must come first.
   void start(int64_t timestamp_ns);
 
-  // Appends a pose where the odometry puts it.
+  // Appends a pose where the odometry puts it. Its scale, if it has one, must have been added.
   void addPose(int64_t timestamp_ns, const OdometryFactor& odometry);
   // A new object; it enters the graph with its first observation.
   size_t addObject(const std::string& name, const SE3& T_world_object);
+  // A scale that nobody knows but within this (one sigma): a variable among the objects.
+  size_t addScale(double sigma);
   // Any pose: an old one costs a replay from there on, one older than the window of everything.
   void addObservation(size_t pose, const ObjectFactor& factor);
 
@@ -106,6 +108,7 @@ class ChainSmoother {
   int64_t timestamp_ns(size_t pose) const { return graph_.poses[pose].timestamp_ns; }
   SE3 T_world_camera(size_t pose) const;
   SE3 T_world_object(size_t object) const;
+  double logScale(size_t object) const { return T_world_object(object).translation.x(); }
   Graph estimate() const;  // the graph with the present values
 
   // Covariance in the right tangents of the present values, [camera, slots...]. Exact at the point
@@ -160,7 +163,7 @@ class ChainSmoother {
 
   size_t newest() const { return graph_.poses.size() - 1; }
   size_t oldestOfWindow() const { return newest() - std::min(newest(), saved_.size() - 1); }
-  ChartPair odometryPair(size_t from) const;
+  ChartStep odometryPair(size_t from, const Pass* pass = nullptr) const;
   ChartPair objectPair(size_t pose, const ObjectFactor& factor, const Pass* pass = nullptr) const;
   void saveRoot(size_t pose);
   const RootSystem* savedRoot(size_t pose) const;

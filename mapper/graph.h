@@ -17,6 +17,8 @@ struct PoseNode {
   std::vector<ObjectFactor> objects;  // seen from here
 };
 
+// Or the scale of an odometry (odometry_factor.h): s is the first number of the translation, the
+// others are nothing.
 struct ObjectNode {
   std::string name;
   SE3 T_world_object;

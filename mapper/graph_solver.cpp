@@ -65,20 +65,38 @@ class GraphProblem {
       for (const ObjectFactor& factor : graph.poses[i].objects) {
         PoseBlock& object = objects_[factor.object];
         addBlock(object);
-        problem_.AddResidualBlock(makeCost(factor).release(), object_loss_.get(), camera,
-                                  object.data());
+        problem_.AddResidualBlock(makeCost(factor).release(), object_loss_.get(),
+                                  factor.prior ? origin() : camera, object.data());
       }
-      if (i + 1 < poses_.size())
-        problem_.AddResidualBlock(makeCost(graph.odometry[i]).release(), odometry_loss_.get(),
-                                  camera, poses_[i + 1].data());
+      if (i + 1 < poses_.size()) addStep(graph.odometry[i], camera, poses_[i + 1].data());
     }
   }
 
+  void addStep(const OdometryFactor& factor, double* from, double* to) {
+    std::vector<double*> blocks{from, to};
+    if (factor.scale) blocks.push_back(objects_[*factor.scale].data());
+    problem_.AddResidualBlock(makeCost(factor).release(), odometry_loss_.get(), blocks);
+  }
+
+  // What priors are seen from.
+  double* origin() {
+    addBlock(origin_);
+    problem_.SetParameterBlockConstant(origin_.data());
+    return origin_.data();
+  }
+
+  PoseBlock origin_ = toBlock(SE3{});
   std::vector<PoseBlock> poses_, objects_;
   std::unique_ptr<ceres::Manifold> manifold_;
   std::unique_ptr<ceres::LossFunction> object_loss_, odometry_loss_;
   ceres::Problem problem_;
 };
+
+SE3 scaledStep(const Graph& graph, size_t k) {
+  const OdometryFactor& step = graph.odometry[k];
+  if (!step.scale) return step.Z;
+  return scaled(step.Z, graph.objects[*step.scale].T_world_object.translation.x());
+}
 
 }  // namespace
 
@@ -139,10 +157,10 @@ double cost(const Graph& graph) {
   for (size_t k = 0; k < graph.poses.size(); ++k) {
     const PoseNode& pose = graph.poses[k];
     for (const ObjectFactor& factor : pose.objects)
-      add(factor.Z, factor.W, graph.object_kernel, pose.T_world_camera,
+      add(factor.Z, factor.W, graph.object_kernel, factor.prior ? SE3{} : pose.T_world_camera,
           graph.objects[factor.object].T_world_object);
     if (k + 1 < graph.poses.size())
-      add(graph.odometry[k].Z, graph.odometry[k].W, graph.odometry_kernel, pose.T_world_camera,
+      add(scaledStep(graph, k), graph.odometry[k].W, graph.odometry_kernel, pose.T_world_camera,
           graph.poses[k + 1].T_world_camera);
   }
   return sum;

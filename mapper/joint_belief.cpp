@@ -13,8 +13,9 @@ JointBelief::JointBelief(RootSystem::Solution solution, bool camera_is_fixed)
   P_.leftCols<6>().setZero();
 }
 
-// From r + J_a delta_a + J_b delta_b = w with white w: delta_b = F delta_a + G (w - r).
-void JointBelief::advance(const ChartPair& odometry) {
+// From r + J_a delta_a + J_s s + J_b delta_b = w with white w:
+//   delta_b = F delta_a + K s + G (w - r).
+void JointBelief::advance(const ChartStep& odometry, std::optional<Eigen::Index> scale) {
   const Matrix6d G = odometry.J_b.partialPivLu().inverse();
   const Matrix6d F = -G * odometry.J_a;
   const Eigen::Index objects = P_.rows() - 6;
@@ -24,6 +25,14 @@ void JointBelief::advance(const ChartPair& odometry) {
   P_.topLeftCorner<6, 6>() = F * P * F.transpose() + G * G.transpose();
   const Eigen::Matrix<double, 6, Eigen::Dynamic> cross = P_.topRightCorner(6, objects);
   P_.topRightCorner(6, objects).noalias() = F * cross;
+  if (scale) {
+    const Vector6d K = -G * odometry.J_scale;
+    delta_.head<6>() += K * delta_[*scale];
+    const Matrix6d with_camera = P_.block<6, 1>(0, *scale) * K.transpose();
+    P_.topLeftCorner<6, 6>() += with_camera + with_camera.transpose();
+    P_.topLeftCorner<6, 6>() += P_(*scale, *scale) * K * K.transpose();
+    P_.topRightCorner(6, objects) += K * P_.row(*scale).tail(objects);
+  }
   P_.bottomLeftCorner(objects, 6) = P_.topRightCorner(6, objects).transpose();
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "mapper/root_system.h"
 
@@ -17,8 +18,8 @@ class JointBelief {
   const Eigen::VectorXd& delta() const { return delta_; }
   const Eigen::MatrixXd& P() const { return P_; }
 
-  // The camera moves on; the residual is white.
-  void advance(const ChartPair& odometry);
+  // The camera moves on; the residual is white. Where the block of its scale is, if it has one.
+  void advance(const ChartStep& odometry, std::optional<Eigen::Index> scale);
 
   // Squared length of the innovation of a white residual between the camera and the block at
   // `at`: nu^T S^-1 nu with S = I + H P H^T. Chi-square with 6 degrees of freedom when all is

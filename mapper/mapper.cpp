@@ -9,6 +9,7 @@
 #include "mapper/graph_solver.h"
 #include "mapper/moving_object.h"
 #include "mapper/odometry_anchor.h"
+#include "mapper/odometry_scale.h"
 #include "mapper/present_view.h"
 
 namespace diorama {
@@ -22,6 +23,10 @@ RobustKernel kernelOf(const std::string& name, double width) {
 
 OdometryAnchor anchorOf(const MapperOptions& options) {
   return {options.odometry_memory_s, options.odometry_sigma_scale, options.gate.chi_square};
+}
+
+OdometryScale scaleOf(const MapperOptions& options) {
+  return {options.odometry_scale_sigma, options.odometry_scale_sigma_elsewhere};
 }
 
 }  // namespace
@@ -43,6 +48,7 @@ class Mapper::Impl {
                   kernelOf(options_.odometry_kernel, options_.odometry_kernel_width)),
         landmarks_(options_.gate),
         anchor_(anchorOf(options_)),
+        scale_(scaleOf(options_)),
         watch_(options_.motion) {}
 
   void setSymmetries(const std::string& object, const Symmetries& symmetries) {
@@ -59,6 +65,7 @@ class Mapper::Impl {
     for (const auto& [object, symmetries] : symmetries_)
       landmarks_.setSymmetries(object, symmetries);
     anchor_ = anchorOf(options_);
+    scale_ = scaleOf(options_);
     watch_.start(timestamp_ns);
     moving_.clear();
     accepted_.clear();
@@ -70,15 +77,19 @@ class Mapper::Impl {
     if (measurement.from_ns != newest_ns() && !across_gap)
       return {false, "the odometry does not begin at the newest pose"};
     if (measurement.to_ns <= newest_ns()) return {false, "time does not increase"};
-    const OdometryFactorResult result =
-        makeOdometryFactor(measurement, options_.odometry_sigma_scale);
+    OdometryFactorResult result = makeOdometryFactor(measurement, options_.odometry_sigma_scale);
     if (!result.factor) return {false, result.reason};
+    const std::string& mapped = options_.odometry_with_map;
+    const bool has_map = mapped.empty() || mapped == measurement.source;
+    const bool elsewhere = !landmarks_.labels().empty() && !looksAtLandmark();
+    if (has_map) result.factor->scale = scale_.next(smoother_, measurement.source, elsewhere);
     if (across_gap) {
       closeGap(measurement.to_ns, *result.factor);
       watch_.breakOff(measurement.to_ns);
     } else {
       smoother_.addPose(measurement.to_ns, *result.factor);
-      anchor_.addStep(smoother_, measurement, looksAtLandmark());
+      anchor_.addStep(smoother_, measurement, has_map && looksAtLandmark(),
+                      scale_.estimate(smoother_));
       watch_.addStep(measurement);
     }
     if (gap_) smoother_.release(gap_->anchor);
@@ -217,9 +228,10 @@ class Mapper::Impl {
   // The newer pose, put where it was measured, sees the older one:
   //   Log(Z T_to_from) = -Ad(Z) Log(Z^-1 T_from_to), so that W becomes -W Ad(Z^-1).
   void closeGap(int64_t timestamp_ns, const OdometryFactor& measured) {
+    const SE3 Z = scaled(measured.Z, scale_.estimate(smoother_).s);
     addGapPose(timestamp_ns,
-               T_world_camera().inverse() * smoother_.T_world_object(gap_->anchor) * measured.Z);
-    const SE3 T_to_from = measured.Z.inverse();
+               T_world_camera().inverse() * smoother_.T_world_object(gap_->anchor) * Z);
+    const SE3 T_to_from = Z.inverse();
     smoother_.addObservation(newest(), {gap_->anchor, T_to_from, -measured.W * adjoint(T_to_from)});
   }
 
@@ -319,6 +331,7 @@ class Mapper::Impl {
   ChainSmoother smoother_;
   Landmarks landmarks_;
   OdometryAnchor anchor_;
+  OdometryScale scale_;
   std::optional<Gap> gap_;  // while nobody measures the motion
   MotionWatch watch_;
   std::map<std::string, MovingObject> moving_;

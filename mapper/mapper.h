@@ -45,11 +45,17 @@ struct MapperOptions {
   // errors that are correlated in time count for less than that.
   double object_sigma_scale = 1;
   double odometry_sigma_scale = 1;
-  // For odometry with a map of its own: the time constant of its error while it looks at the same
-  // place (odometry_anchor.h); 0: its steps are all that it knows. Something known must be in view,
-  // within this angle of the optical axis.
+  // The odometry, by its measurements' `source`, that has a map of its own; empty: any. What
+  // follows is for that one.
+  std::string odometry_with_map = "";
+  // The time constant of its error while it looks at the same place (odometry_anchor.h); 0: its
+  // steps are all that it knows. Something known must be in view, within this angle of the axis.
   double odometry_memory_s = 0;
   double odometry_view_rad = 0.6;
+  // One sigma of its scale's logarithm, as it starts, and after it has looked away from all that
+  // is known (odometry_scale.h; measured there: 7%). 0: its scale is right.
+  double odometry_scale_sigma = 0;
+  double odometry_scale_sigma_elsewhere = 0.05;
   // Without odometry the camera is assumed to stand still within these times the length of the gap
   // (one sigma; no more than 2 m and 1 rad).
   double gap_m_s = 1;
@@ -67,8 +73,11 @@ struct MapperOptions {
     v("odometry_kernel_width", odometry_kernel_width, kPositive);
     v("object_sigma_scale", object_sigma_scale, kPositive);
     v("odometry_sigma_scale", odometry_sigma_scale, kPositive);
+    v("odometry_with_map", odometry_with_map);
     v("odometry_memory_s", odometry_memory_s, kNotNegative);
     v("odometry_view_rad", odometry_view_rad, kPositive);
+    v("odometry_scale_sigma", odometry_scale_sigma, kNotNegative);
+    v("odometry_scale_sigma_elsewhere", odometry_scale_sigma_elsewhere, kPositive);
     v("gap_m_s", gap_m_s, kPositive);
     v("gap_rad_s", gap_rad_s, kPositive);
   }

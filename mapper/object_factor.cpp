@@ -23,7 +23,9 @@ Matrix6d covarianceOf(const ObjectFactor& factor) {
 
 LinearisedPair linearise(const ObjectFactor& factor, const RobustKernel& kernel,
                          const SE3& T_world_camera, const SE3& T_world_object) {
-  return whitened(linearise(factor.Z, T_world_camera, T_world_object), factor.W, kernel);
+  LinearisedPair pair = linearise(factor.Z, factor.prior ? SE3{} : T_world_camera, T_world_object);
+  if (factor.prior) pair.J_a.setZero();
+  return whitened(pair, factor.W, kernel);
 }
 
 std::unique_ptr<ceres::CostFunction> makeCost(const ObjectFactor& factor) {

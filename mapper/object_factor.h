@@ -1,5 +1,6 @@
 // An object seen from a camera pose:
 //   r = W * Log(Z^-1 * T_world_camera^-1 * T_world_object), with a robust kernel on |r|^2.
+// Or what is known of it beforehand, whoever sees it: r = W * Log(Z^-1 * T_world_object).
 #pragma once
 
 #include <optional>
@@ -12,9 +13,10 @@
 namespace diorama {
 
 struct ObjectFactor {
-  size_t object = 0;  // position in the graph's list
-  SE3 Z;              // measured T_camera_object
-  Matrix6d W;         // whitens the residual
+  size_t object = 0;   // position in the graph's list
+  SE3 Z;               // measured T_camera_object
+  Matrix6d W;          // whitens the residual
+  bool prior = false;  // Z is T_world_object; it enters the graph with the pose that it belongs to
 };
 
 // The factor of a measurement, or why there is none.

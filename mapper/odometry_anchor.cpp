@@ -6,8 +6,8 @@
 
 namespace diorama {
 
-void OdometryAnchor::addStep(ChainSmoother& smoother, const OdometryMeasurement& step,
-                             bool in_view) {
+void OdometryAnchor::addStep(ChainSmoother& smoother, const OdometryMeasurement& step, bool in_view,
+                             const ScaleEstimate& scale) {
   if (memory_s_ <= 0) return;
   if (!in_view) return release(smoother);
   if (step.source != source_) release(smoother);
@@ -21,12 +21,16 @@ void OdometryAnchor::addStep(ChainSmoother& smoother, const OdometryMeasurement&
   const double kept = object_ ? 1 - 1 / steps : 0;
   chain_variance_ = kept * kept * chain_variance_ + step.covariance.trace();
   if (chain_variance_ > steps * steps * step.covariance.trace()) return release(smoother);
-  const Matrix6d J = steps * sigma_scale_ * adjoint(T_anchor_camera);
-  const std::optional<Matrix6d> W = whitening(J * step.covariance * J.transpose());
+  observations_ = object_ ? observations_ + 1 : 1;
+  const Matrix6d J = adjoint(T_anchor_camera);
+  Matrix6d Q = steps * steps * sigma_scale_ * sigma_scale_ * step.covariance;
+  const Vector3d along = T_anchor_camera.rotation.conjugate() * T_anchor_camera.translation;
+  Q.topLeftCorner<3, 3>() += observations_ * scale.sigma * scale.sigma * along * along.transpose();
+  const std::optional<Matrix6d> W = whitening(J * Q * J.transpose());
   if (!W) return release(smoother);
   if (!object_) object_ = smoother.addObject("", smoother.T_world_camera(pose));
   T_anchor_camera_ = T_anchor_camera;
-  const ObjectFactor factor{*object_, T_anchor_camera_.inverse(), *W};
+  const ObjectFactor factor{*object_, scaled(T_anchor_camera_, scale.s).inverse(), *W};
   if (smoother.innovation(pose, factor).value_or(0) >= chi_square_) return release(smoother);
   smoother.addObservation(pose, factor);
 }

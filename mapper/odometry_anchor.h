@@ -19,6 +19,11 @@
 
 namespace diorama {
 
+// The logarithm of an odometry's scale (odometry_scale.h), and one sigma.
+struct ScaleEstimate {
+  double s = 0, sigma = 0;
+};
+
 class OdometryAnchor {
  public:
   // tau, s; 0: an odometry without a map. `chi_square` is the limit of the innovation.
@@ -26,7 +31,10 @@ class OdometryAnchor {
       : memory_s_(memory_s), sigma_scale_(sigma_scale), chi_square_(chi_square) {}
 
   // After the step's pose has been added. `in_view`: the camera looks at something known.
-  void addStep(ChainSmoother& smoother, const OdometryMeasurement& step, bool in_view);
+  // An unknown scale is the same in all that is measured: together the observations hold the way
+  // from the place, along which it shows, no better than one would.
+  void addStep(ChainSmoother& smoother, const OdometryMeasurement& step, bool in_view,
+               const ScaleEstimate& scale = {});
   void release(ChainSmoother& smoother);
   bool holds() const { return object_.has_value(); }
 
@@ -35,6 +43,7 @@ class OdometryAnchor {
   std::optional<size_t> object_;
   std::string source_;  // the odometry that looks at it
   SE3 T_anchor_camera_;
+  double observations_ = 0;
   double chain_variance_ = 0;  // of T_anchor_camera_: traces of the steps' covariances
 };
 

@@ -1,5 +1,6 @@
 // Odometry between two consecutive camera poses:
 //   r = W * Log(Z^-1 * T_world_camera(k)^-1 * T_world_camera(k+1)), with a robust kernel on |r|^2.
+// The scale of an odometry may be unknown: Z's translation counts e^s times, with a variable s.
 #pragma once
 
 #include <optional>
@@ -12,9 +13,13 @@
 namespace diorama {
 
 struct OdometryFactor {
-  SE3 Z;       // measured T_from_to
-  Matrix6d W;  // whitens the residual
+  SE3 Z;                             // measured T_from_to
+  Matrix6d W;                        // whitens the residual
+  std::optional<size_t> scale = {};  // whose s; a variable among the graph's objects (graph.h)
 };
+
+// The motion when lengths are e^s times as long.
+SE3 scaled(const SE3& Z, double s);
 
 // The factor of a measurement, or why there is none.
 struct OdometryFactorResult {
@@ -26,10 +31,16 @@ OdometryFactorResult makeOdometryFactor(const OdometryMeasurement& measurement, 
 // Standing still for a while, within speeds (one sigma).
 OdometryFactor makeGapFactor(double seconds, double sigma_m_s, double sigma_rad_s);
 
-// Whitened and multiplied with the square root of the kernel's weight, as object factors are.
-LinearisedPair linearise(const OdometryFactor& factor, const RobustKernel& kernel,
-                         const SE3& T_world_from, const SE3& T_world_to);
+// Whitened and multiplied with the square root of the kernel's weight, as object factors are; with
+// the derivative by s.
+struct LinearisedStep : LinearisedPair {
+  Vector6d J_scale;
+};
+LinearisedStep linearise(const OdometryFactor& factor, const RobustKernel& kernel,
+                         const SE3& T_world_from, const SE3& T_world_to, double s);
 
-std::unique_ptr<ceres::CostFunction> makeCost(const OdometryFactor& factor);  // without the kernel
+// Without the kernel; with a third block for the scale, of which the first number is s, when the
+// factor has one.
+std::unique_ptr<ceres::CostFunction> makeCost(const OdometryFactor& factor);
 
 }  // namespace diorama

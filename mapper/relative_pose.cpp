@@ -40,9 +40,13 @@ LinearisedPair linearise(const SE3& Z, const SE3& T_world_a, const SE3& T_world_
   return {r, -J * adjoint(T_a_b.inverse()), J};
 }
 
+double rootWeight(const Vector6d& r, const Matrix6d& W, const RobustKernel& kernel) {
+  return std::sqrt(kernel((W * r).squaredNorm()).slope);
+}
+
 LinearisedPair whitened(const LinearisedPair& pair, const Matrix6d& W, const RobustKernel& kernel) {
   const Vector6d r = W * pair.r;
-  const double weight = std::sqrt(kernel(r.squaredNorm()).slope);
+  const double weight = rootWeight(pair.r, W, kernel);
   return {weight * r, weight * (W * pair.J_a), weight * (W * pair.J_b)};
 }
 

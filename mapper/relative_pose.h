@@ -27,6 +27,8 @@ LinearisedPair linearise(const SE3& Z, const SE3& T_world_a, const SE3& T_world_
 // least-squares step on it is a step of iteratively reweighted least squares.
 LinearisedPair whitened(const LinearisedPair& pair, const Matrix6d& W, const RobustKernel& kernel);
 
+double rootWeight(const Vector6d& r, const Matrix6d& W, const RobustKernel& kernel);
+
 // Finite, of sane size, and with a unit quaternion.
 bool isUnitPose(const SE3& pose);
 

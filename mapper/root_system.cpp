@@ -100,7 +100,7 @@ void subtractSquare(Eigen::MatrixXd& A, const Columns6d& B) {
 
 // With A11 = L L^T: S = L^-1 A12, A22 <- A22 - S^T S, b2 <- b2 - S^T L^-1 b1, where 1 is the camera
 // and 2 the next pose, which had no entries before, and the objects. St is S^T: long columns.
-Clique RootSystem::advance(const ChartPair& odometry) {
+Clique RootSystem::advance(const ChartStep& odometry) {
   const Eigen::Index objects = size() - 6;
   Matrix6d A11 = A_.topLeftCorner<6, 6>();
   A11.noalias() += odometry.J_a.transpose() * odometry.J_a;
@@ -110,17 +110,30 @@ Clique RootSystem::advance(const ChartPair& odometry) {
   Columns6d St(size(), 6);
   St.topRows<6>().noalias() = odometry.J_b.transpose() * odometry.J_a;
   St.bottomRows(objects) = A_.bottomLeftCorner(objects, 6);
+  if (odometry.scale)
+    St.row(position(*odometry.scale)) += odometry.J_scale.transpose() * odometry.J_a;
   divideByTranspose(St, llt.matrixLLT());
   const Vector6d d = llt.matrixL().solve(b1);
 
   A_.leftCols<6>().setZero();
   A_.topRows<6>().setZero();
   A_.topLeftCorner<6, 6>().noalias() = odometry.J_b.transpose() * odometry.J_b;
-  subtractSquare(A_, St);
   b_.head<6>().noalias() = -odometry.J_b.transpose() * odometry.r;
+  if (odometry.scale) absorbScale(odometry);
+  subtractSquare(A_, St);
   b_.noalias() -= St.lazyProduct(d);
   divide(St, llt.matrixLLT());
   return {St.transpose().cast<float>(), Vector6d(llt.matrixU().solve(d)).cast<float>(), slots_};
+}
+
+// The residual's part in the rows of the scale.
+void RootSystem::absorbScale(const ChartStep& odometry) {
+  const Eigen::Index at = position(*odometry.scale);
+  const Vector6d cross = odometry.J_b.transpose() * odometry.J_scale;
+  A_.block<6, 1>(0, at) += cross;
+  A_.block<1, 6>(at, 0) += cross.transpose();
+  A_(at, at) += odometry.J_scale.squaredNorm();
+  b_[at] -= odometry.J_scale.dot(odometry.r);
 }
 
 Clique RootSystem::eliminate(size_t object) {

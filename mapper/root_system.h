@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "mapper/relative_pose.h"
@@ -30,6 +31,13 @@ struct Clique {
 struct ChartPair {
   Vector6d r;
   Matrix6d J_a, J_b;
+};
+
+// Between two poses, and maybe a scale: a variable among the objects, of which the first number
+// counts.
+struct ChartStep : ChartPair {
+  std::optional<size_t> scale = {};
+  Vector6d J_scale = Vector6d::Zero();
 };
 
 // From a residual linearised where its variables stand, T Exp(eps) with T = X Exp(delta0): in the
@@ -60,8 +68,8 @@ class RootSystem {
   void absorb(const ChartPair& pair, size_t object);
 
   // Absorbs a residual between the camera and the next pose, eliminates the camera and puts the
-  // next pose in its place.
-  Clique advance(const ChartPair& odometry);
+  // next pose in its place. A scale must be held.
+  Clique advance(const ChartStep& odometry);
 
   // Eliminates an object; its separator is the camera and the remaining objects.
   Clique eliminate(size_t object);
@@ -75,6 +83,8 @@ class RootSystem {
   Solution solve() const;
 
  private:
+  void absorbScale(const ChartStep& odometry);
+
   Eigen::MatrixXd A_;  // symmetric, both halves
   Eigen::VectorXd b_;
   std::shared_ptr<const ObjectSlots> slots_;

@@ -20,6 +20,8 @@ struct Arrival {
   int appears_at = 0;    // the last object is seen from here on
   SmootherOptions smoother = {};
   const char* kernel = "none";
+  double scale_sigma = 0;         // of the odometry, when it is not known
+  size_t other_scale_from = 100;  // another one from this pose on
 };
 
 class Feeder {
@@ -47,7 +49,8 @@ class Feeder {
   void feed(size_t k) {
     const int64_t time = graph_.truth.poses[k].timestamp_ns;
     if (k == 0) smoother.start(time);
-    if (k > 0) smoother.addPose(time, *makeOdometryFactor(graph_.odometry[k - 1], 1).factor);
+    if (k == 0 || k == arrival_.other_scale_from) beginScale();
+    if (k > 0) smoother.addPose(time, step(k));
     for (const ObjectMeasurement& m : graph_.observations[k]) {
       const bool last = m.object.back() - '0' == static_cast<int>(graph_.objects.size()) - 1;
       if (last && static_cast<int>(k) < arrival_.appears_at) continue;
@@ -61,6 +64,20 @@ class Feeder {
       held_.pop_front();
     }
     smoother.update();
+  }
+
+  // The first one before all objects.
+  void beginScale() {
+    if (arrival_.scale_sigma == 0) return;
+    if (scale_) smoother.release(*scale_);
+    scale_ = smoother.addScale(arrival_.scale_sigma);
+    names_.push_back("a scale");
+  }
+
+  OdometryFactor step(size_t k) const {
+    OdometryFactor factor = *makeOdometryFactor(graph_.odometry[k - 1], 1).factor;
+    factor.scale = scale_;
+    return factor;
   }
 
   void observe(size_t pose, const ObjectMeasurement& m) {
@@ -78,6 +95,7 @@ class Feeder {
   Numbers numbers_;
   std::deque<Held> held_;
   std::vector<std::string> names_;
+  std::optional<size_t> scale_;
 
  public:
   ChainSmoother smoother;
@@ -170,7 +188,11 @@ std::vector<Case> cases() {
           {"passes, measurements later than the window", few, {.late = 0.05, .smoother = restless}},
           {"passes, an object that appears late", few, {.appears_at = 90, .smoother = restless}},
           {"passes, objects that sleep", many, {.late = 0.2, .smoother = restless_and_tight}},
-          {"kernel", few, {.kernel = "cauchy_tail"}}};
+          {"kernel", few, {.kernel = "cauchy_tail"}},
+          {"scales", gap, {.scale_sigma = 0.05}},
+          {"scales, passes", few, {.smoother = restless, .scale_sigma = 0.05}},
+          {"scales, late measurements", few, {.late = 0.3, .scale_sigma = 0.02}},
+          {"scales, objects that sleep", many, {.smoother = tight, .scale_sigma = 0.05}}};
 }
 
 TEST(ChainSmoother, EqualsCeresAfterFullPasses) {
@@ -281,20 +303,37 @@ TEST(ChainSmoother, RemovedObservationsLeaveNothing) {
 // Between two solutions of the root the belief is carried on in covariance form.
 TEST(ChainSmoother, CarriedBeliefEqualsTheSolvedOne) {
   const SyntheticGraph graph = makeGraph({.poses = 60, .objects = 3, .visible = 0.8}, 7);
-  Feeder feeder(graph, {}, 1);
+  for (const double scale_sigma : {0.0, 0.05}) {
+    Feeder feeder(graph, {.smoother = {.solve_every = 1}, .scale_sigma = scale_sigma}, 1);
+    feeder.feedAll();
+    ChainSmoother& smoother = feeder.smoother;
+    OdometryFactor step = *makeOdometryFactor(graph.odometry.back(), 1).factor;
+    if (scale_sigma > 0) step.scale = 0;
+    smoother.addPose(graph.truth.poses.back().timestamp_ns + 1, step);
+    const size_t first = scale_sigma > 0 ? 1 : 0;  // after the scale
+    for (const ObjectMeasurement& m : graph.observations.back())
+      smoother.addObservation(
+          smoother.poseCount() - 1,
+          *makeObjectFactor(m, first + static_cast<size_t>(m.object.back() - '0'), 1).factor);
+    const ChainSmoother::Joint carried = smoother.joint();
+    const SE3 camera = smoother.T_world_camera(smoother.poseCount() - 1);
+    smoother.update();
+    EXPECT_THAT(smoother.T_world_camera(smoother.poseCount() - 1), PoseNear(camera, 1e-6, 1e-6));
+    EXPECT_LT(relativeDifference(carried.P, smoother.joint().P), 1e-3);
+  }
+}
+
+// Steps that are 3% too short, and objects that are seen from a long way: the scale comes out.
+TEST(ChainSmoother, FindsTheScaleOfTheOdometry) {
+  SyntheticGraph graph = makeGraph({.poses = 300, .objects = 2}, 9);
+  for (OdometryMeasurement& step : graph.odometry) step.T_from_to.translation *= 0.97;
+  Feeder feeder(graph, {.scale_sigma = 0.05, .other_scale_from = 1000}, 1);
   feeder.feedAll();
-  ChainSmoother& smoother = feeder.smoother;
-  smoother.addPose(graph.truth.poses.back().timestamp_ns + 1,
-                   *makeOdometryFactor(graph.odometry.back(), 1).factor);
-  for (const ObjectMeasurement& m : graph.observations.back())
-    smoother.addObservation(
-        smoother.poseCount() - 1,
-        *makeObjectFactor(m, static_cast<size_t>(m.object.back() - '0'), 1).factor);
-  const ChainSmoother::Joint carried = smoother.joint();
-  const SE3 camera = smoother.T_world_camera(smoother.poseCount() - 1);
-  smoother.update();
-  EXPECT_THAT(smoother.T_world_camera(smoother.poseCount() - 1), PoseNear(camera, 1e-6, 1e-6));
-  EXPECT_LT(relativeDifference(carried.P, smoother.joint().P), 1e-3);
+  const double sigma = std::sqrt(feeder.smoother.objectCovariance(0)(0, 0));
+  EXPECT_LT(sigma, 1e-3);
+  EXPECT_NEAR(feeder.smoother.logScale(0), -std::log(0.97), 4 * sigma);
+  for (size_t j = 0; j < 2; ++j)
+    EXPECT_THAT(feeder.smoother.T_world_object(j + 1), PoseNear(graph.objects[j], 2e-3, 5e-3));
 }
 
 }  // namespace

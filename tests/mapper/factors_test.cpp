@@ -80,6 +80,44 @@ TEST(OdometryFactor, CostJacobiansMatchNumericOnes) {
   }
 }
 
+TEST(OdometryFactor, OfUnknownScaleHasRightJacobians) {
+  Numbers numbers(6);
+  for (int i = 0; i < 20; ++i) {
+    const SE3 a = numbers.pose(2), b = numbers.pose(2);
+    const SE3 Z = a.inverse() * b * exp(Vector6d(0.1 * numbers.normal6()));
+    OdometryFactor factor =
+        *makeOdometryFactor({"", 0, 1, Z, randomCovariance(numbers), 1}, 1).factor;
+    factor.scale = 0;
+    const auto residualAt = [&](const SE3& x, const SE3& y, double s) -> Vector6d {
+      return factor.W * log(scaled(Z, s).inverse() * (x.inverse() * y));
+    };
+    const double s = numbers.uniform(-0.2, 0.2), h = 1e-6;
+    const LinearisedStep step = linearise(factor, {}, a, b, s);
+    EXPECT_THAT(step.r, MatrixNear(residualAt(a, b, s), 1e-12));
+    const Vector6d by_s = (residualAt(a, b, s + h) - residualAt(a, b, s - h)) / (2 * h);
+    EXPECT_THAT(step.J_scale, MatrixNear(by_s, 1e-5 * by_s.norm()));
+    const PoseBlock blocks[] = {toBlock(a), toBlock(b), toBlock({{1, 0, 0, 0}, {s, 0, 0}})};
+    const double* parameters[] = {blocks[0].data(), blocks[1].data(), blocks[2].data()};
+    Vector6d residual;
+    Matrix67d by_scale;
+    double* jacobians[] = {nullptr, nullptr, by_scale.data()};
+    ASSERT_TRUE(makeCost(factor)->Evaluate(parameters, residual.data(), jacobians));
+    EXPECT_THAT(residual, MatrixNear(step.r, 1e-12));
+    EXPECT_THAT(Vector6d(by_scale.col(0)), MatrixNear(step.J_scale, 1e-12));
+    EXPECT_EQ(by_scale.rightCols(6).norm(), 0);
+  }
+}
+
+TEST(ObjectFactor, APriorDoesNotKnowTheCamera) {
+  Numbers numbers(7);
+  const SE3 camera = numbers.pose(2), object = numbers.pose(2);
+  const ObjectFactor prior{0, object, Matrix6d::Identity(), true};
+  const LinearisedPair pair = linearise(prior, {}, camera, object);
+  EXPECT_LT(pair.r.norm(), 1e-12);
+  EXPECT_EQ(pair.J_a.norm(), 0);
+  EXPECT_THAT(pair.J_b, MatrixNear(Matrix6d(Matrix6d::Identity()), 1e-9));
+}
+
 TEST(ObjectFactor, CostJacobiansMatchNumericOnes) {
   Numbers numbers(3);
   for (int i = 0; i < 20; ++i) {
