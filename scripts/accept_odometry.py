@@ -50,7 +50,7 @@ def run_odometry(out, sequence, *arguments):
 ABLATIONS = {"default": [], "no affine brightness": ["--set", "vo.align_affine=false"],
              "no robust weights": ["--set", "vo.align_robust=false"], "no bundle adjustment": ["--set", "vo.bundle_window=0"],
              "no corners without depth": ["--set", "vo.unsettled_below=0", "--set", "vo.unsettled_open=0"],
-             "patches not blurred": ["--set", "vo.blur_patches=false"],
+             "no edgelets": ["--set", "vo.edgelets_below=0"], "patches not blurred": ["--set", "vo.blur_patches=false"],
              "docs/options/vo_paper.yaml": ["--options", ROOT / "docs/options/vo_paper.yaml"]}
 
 

@@ -302,7 +302,7 @@ int BundleProblem::dropOutliers() {
     MapPoint& point = *block.point;
     std::erase_if(point.observations, [&](const Observation& o) {
       const auto r = residual(o, point.p_world);
-      if (r && r->norm() * levelScale(o.level) <= kDropPx) return false;
+      if (r && o.errorPx(*r) <= kDropPx) return false;
       std::erase_if(o.keyframe->features, [&](const Feature& f) { return f.point == &point; });
       ++dropped;
       return true;

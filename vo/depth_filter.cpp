@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "vo/corners.h"
+#include "vo/edgelets.h"
 #include "vo/reprojection.h"
 
 namespace diorama::vo {
@@ -109,33 +110,52 @@ bool updateSeed(Seed& seed, const InverseDepth& measured) {
 void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRange& range,
                            Map& map) {
   DepthGuess guess(host, 1 / range.median_m);
+  const double largest = 1 / (kNearerThanSeen * range.nearest_m);
   const CellGrid grid(camera.width(), camera.height(), options_.cell_px);
   std::vector<uint8_t> occupied(grid.size(), 0);
   for (const Feature& feature : host.features) occupied[grid.cellOf(feature.u_px)] = 1;
   const int room = options_.max_features - static_cast<int>(host.features.size());
   constexpr int kFewest = 20;  // new ones in each keyframe: old points will be left behind
   const int count = std::max(room, kFewest);
-  for (const Corner& corner : detectCorners(*host.pyramid, host.noise, grid, occupied, count,
-                                            options_, host.blurred_levels)) {
-    const auto bearing = camera.unproject(corner.u_px);
-    if (!bearing || host.hidden.contains(corner.u_px)) continue;
-    Seed seed;
-    seed.corner = {&host, corner.u_px, *bearing, corner.level};
-    seed.mean = guess.at(corner.u_px);
-    seed.range = 1 / (kNearerThanSeen * range.nearest_m);
-    const double sigma = seed.range / kSigmasInRange;
-    seed.variance = sigma * sigma;
-    seed.point =
-        &map.addPoint(host, Vector3d::Zero(), hostMeasurement(corner.u_px, corner.level, options_));
-    seed.point->settled = false;
-    placePoint(seed);
-    assumeDepth(seed);
-    seeds_.push_back(seed);
-  }
+  const auto add = [&](const std::vector<Corner>& corners, bool edgelets) {
+    for (const Corner& corner : corners) {
+      occupied[grid.cellOf(corner.u_px)] = 1;
+      if (!host.hidden.contains(corner.u_px))
+        addSeed(camera, host, corner, edgelets, guess.at(corner.u_px), largest, map);
+    }
+  };
+  add(detectCorners(*host.pyramid, host.noise, grid, occupied, count, options_,
+                    host.blurred_levels),
+      false);
+  const int few = options_.edgelets_below - static_cast<int>(host.features.size());
+  if (few > 0)
+    add(detectEdgelets(*host.pyramid, host.noise, grid, occupied, few, options_,
+                       host.blurred_levels),
+        true);
   // The oldest had their chance.
   const int surplus = static_cast<int>(seeds_.size()) - options_.max_seeds;
   for (int i = 0; i < surplus; ++i) seeds_[static_cast<size_t>(i)].point->bad = true;
   if (surplus > 0) seeds_.erase(seeds_.begin(), seeds_.begin() + surplus);
+}
+
+// `guess`: of the inverse depth; `range`: of those that are possible.
+void DepthFilter::addSeed(const Camera& camera, Keyframe& host, const Corner& corner, bool edgelet,
+                          double guess, double range, Map& map) {
+  const auto bearing = camera.unproject(corner.u_px);
+  if (!bearing) return;
+  Seed seed;
+  seed.corner = {&host, corner.u_px, *bearing, corner.level, edgelet};
+  seed.mean = guess;
+  seed.range = range;
+  const double sigma = seed.range / kSigmasInRange;
+  seed.variance = sigma * sigma;
+  seed.point =
+      &map.addPoint(host, Vector3d::Zero(), hostMeasurement(corner.u_px, corner.level, options_));
+  seed.point->settled = false;
+  seed.point->edgelet = edgelet;
+  placePoint(seed);
+  assumeDepth(seed);
+  seeds_.push_back(seed);
 }
 
 bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, bool held,

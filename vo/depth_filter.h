@@ -4,6 +4,7 @@
 // certain is done, and its point is settled.
 #pragma once
 
+#include "vo/corners.h"
 #include "vo/epipolar_search.h"
 
 namespace diorama::vo {
@@ -40,6 +41,8 @@ class DepthFilter {
   const std::vector<Seed>& seeds() const { return seeds_; }
 
  private:
+  void addSeed(const Camera& camera, Keyframe& host, const Corner& corner, bool edgelet,
+               double guess, double range, Map& map);
   // Whether the seed is to be kept.
   bool updateOne(const Camera& camera, const TrackedFrame& frame, bool held, Seed& seed);
 

@@ -20,6 +20,8 @@ constexpr double kAlignmentReachPx = 3;
 constexpr double kOffLinePx = 2;  // how far from the line a match may be, at its level
 constexpr int kSize = Patch::kSize, kArea = kSize * kSize;
 constexpr double kNearestM = 0.02;  // nothing is seen nearer
+// Cosine between an edge's normal and the line: with less the edge lies along it.
+constexpr double kLeastSlant = 0.4;
 
 // Zero-mean sum of squared differences at whole pixels.
 class ZeroMeanDifference {
@@ -90,6 +92,25 @@ std::optional<Vector2d> bestOnLine(const Image<uint8_t>& image, const ZeroMeanDi
   return best;
 }
 
+// Where the edge that was found meets the projected ray: the line that is straight there through
+// the ray's pixel nearest to the edgelet. At the level.
+std::optional<Vector2d> meetLine(const Camera& camera, const AlignedPatch& edge, int level,
+                                 const SE3& T_frame_host, const Vector3d& bearing_host) {
+  const auto bearing = camera.unproject(fromLevel(edge.u_level, level));
+  const auto near = bearing ? triangulate(T_frame_host, bearing_host, *bearing) : std::nullopt;
+  if (!near) return std::nullopt;
+  const Vector3d ray = T_frame_host.rotation * bearing_host;
+  constexpr double kStep = 0.01;
+  const auto u = camera.project(ray + near->inverse_depth * T_frame_host.translation);
+  const auto beside =
+      camera.project(ray + (1 + kStep) * near->inverse_depth * T_frame_host.translation);
+  if (!u || !beside) return std::nullopt;
+  const Vector2d along = (*beside - *u).normalized(), at = toLevel(*u, level);
+  const double slant = edge.normal.dot(along);
+  if (!(std::abs(slant) > 0.5 * kLeastSlant)) return std::nullopt;
+  return at + edge.normal.dot(edge.u_level - at) / slant * along;
+}
+
 }  // namespace
 
 std::optional<Triangulated> triangulate(const SE3& T_other_host, const Vector3d& bearing,
@@ -149,17 +170,28 @@ EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
     if (!best) return {EpipolarOutcome::kNoMatch, {}};
     start = *best;
   }
-  const auto found = alignFeature(image, *patch, start, kAlignmentReachPx, options.match_gain);
+  auto found =
+      alignFeature(image, *patch, start, kAlignmentReachPx, options.match_gain, corner.edgelet);
   if (!found || found->rms > largest_rms) return {EpipolarOutcome::kNoMatch, {}};
+  const Vector2d along = (*end - *begin).normalized();
+  double slant = 1;  // of the edge's normal against the line
+  if (corner.edgelet) {
+    slant = std::abs(found->normal.dot(along));
+    if (slant < kLeastSlant) return {};
+    if (const auto met = meetLine(camera, *found, patch->level, T_frame_host, corner.bearing))
+      found->u_level = *met;
+    else
+      return {EpipolarOutcome::kNoMatch, {}};
+  }
   const auto bearing = camera.unproject(fromLevel(found->u_level, patch->level));
   const auto point = bearing ? triangulate(T_frame_host, corner.bearing, *bearing) : std::nullopt;
   const double focal = 0.5 * (camera.fx() + camera.fy());
   if (!point || point->error * focal * levelScale(patch->level) > kOffLinePx)
     return {EpipolarOutcome::kNoMatch, {}};
   // An edge along the line says nothing of the depth.
-  const Vector2d along = (*end - *begin).normalized();
   const Measured measured = measuredBy(*found, patch->level, options);
-  const double sigma_px = std::sqrt(along.dot(measured.covariance_px2 * along));
+  const Vector2d across = corner.edgelet ? found->normal : along;
+  const double sigma_px = std::sqrt(across.dot(measured.covariance_px2 * across)) / slant;
   return {EpipolarOutcome::kFound, {point->inverse_depth, sigma_px / focal * point->sensitivity}};
 }
 

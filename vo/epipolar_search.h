@@ -14,6 +14,7 @@ struct Corner3d {
   Vector2d u_px;
   Vector3d bearing;  // z = 1
   int level = 0;
+  bool edgelet = false;
 };
 
 struct InverseDepth {

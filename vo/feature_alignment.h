@@ -14,11 +14,15 @@ struct AlignedPatch {
   double gain = 1;
   // Of u_level, px^2: from the patch's gradients and the rms; large along an edge.
   Matrix2d covariance = Matrix2d::Identity();
+  Vector2d normal =
+      Vector2d::Zero();  // of an edge that was aligned across only, to its bright side
 };
 
 // From `start` (pixels of the level). Nothing when it moves farther than max_shift, leaves the
-// image or does not settle to 0.03 px (SVO) within ten steps.
+// image or does not settle to 0.03 px (SVO) within ten steps. An edgelet moves along its normal
+// only, the direction in which the patch's grey values change most.
 std::optional<AlignedPatch> alignFeature(const Image<uint8_t>& image, const Patch& patch,
-                                         const Vector2d& start, double max_shift, bool with_gain);
+                                         const Vector2d& start, double max_shift, bool with_gain,
+                                         bool edgelet = false);
 
 }  // namespace diorama::vo

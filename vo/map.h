@@ -21,6 +21,14 @@ struct Measured {
   Vector2d u_px = Vector2d::Zero();
   int level = 0;  // of the pyramid, where it was measured
   Matrix2d covariance_px2 = Matrix2d::Identity();
+  Vector2d normal = Vector2d::Zero();  // of an edgelet, of unit length: the rest is not measured
+
+  bool isEdgelet() const { return !normal.isZero(0); }
+  // How far off it is by a residual, px at its level.
+  double errorPx(const Vector2d& residual_px) const {
+    return (isEdgelet() ? std::abs(normal.dot(residual_px)) : residual_px.norm()) *
+           levelScale(level);
+  }
 };
 
 // Where a keyframe saw a point.
@@ -40,14 +48,16 @@ struct MapPoint {
   int failed = 0;                         // frames in a row in which it did not
   bool bad = false;                       // to be removed
   bool settled =
-      true;      // false: a corner whose depth the filter still looks for; only its host saw it
-  int mark = 0;  // bundle adjustment's own
+      true;  // false: a corner whose depth the filter still looks for; only its host saw it
+  bool edgelet = false;  // on an edge, and found across it only
+  int mark = 0;          // bundle adjustment's own
 };
 
 // A point found in an image.
 struct Feature : Measured {
   MapPoint* point = nullptr;
-  Vector2d residual = Vector2d::Zero();  // whitened by covariance_px2; set by pose refinement
+  // Whitened by covariance_px2, set by pose refinement; an edgelet's is a single number.
+  Vector2d residual = Vector2d::Zero();
 };
 
 struct TrackedFrame {

@@ -10,7 +10,10 @@ namespace diorama::vo {
 
 void Mapping::begin(bool metric) {
   Keyframe& keyframe = *map_.keyframes.back();
-  if (metric) scale_.begin(keyframe.timestamp_ns);
+  if (metric)
+    scale_.begin(keyframe.timestamp_ns);
+  else
+    scale_.beginWithout();
   depth_filter_.addSeeds(camera_, keyframe, depthRange(keyframe), map_);
 }
 

@@ -34,6 +34,8 @@ class Mapping {
                    std::span<const ObjectMeasurement> objects);
 
   bool isMetric() const { return scale_.begun(); }
+  // Relative, of all lengths, after a start without scale; 0 when it is known.
+  double scaleSigma() const { return scale_.sigma(); }
   bool wantsObjects(int64_t now_ns) const { return scale_.wantsObjects(now_ns); }
 
  private:

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -112,8 +113,11 @@ bool ScaleLearning::wantsObjects(int64_t now_ns) const {
 }
 
 void ScaleLearning::assess(const Map& map) {
-  known_ = known_ || (begun() && scaleSigma(map) < options_.scale_sigma &&
-                      static_cast<int>(map.keyframes.size()) >= options_.scale_min_keyframes);
+  if (!begun() || known_) return;
+  const double sigma = scaleSigma(map);
+  sigma_ = std::min(sigma_, sigma);
+  known_ = sigma < options_.scale_sigma &&
+           static_cast<int>(map.keyframes.size()) >= options_.scale_min_keyframes;
 }
 
 }  // namespace diorama::vo

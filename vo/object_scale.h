@@ -51,15 +51,19 @@ class ScaleLearning {
  public:
   explicit ScaleLearning(const VoOptions& options) : options_(options) {}
 
+  void beginWithout() { sigma_ = 1; }  // a path may be half as long or twice
   void begin(int64_t now_ns) { since_ns_ = now_ns; }
   bool begun() const { return since_ns_.has_value(); }  // the map is metric
   bool wantsObjects(int64_t now_ns) const;
   void assess(const Map& map);  // after each adjustment
+  // Relative, since a start without scale; 0 when it is known well enough.
+  double sigma() const { return known_ ? 0 : sigma_; }
 
  private:
   const VoOptions& options_;
   std::optional<int64_t> since_ns_;
   bool known_ = false;
+  double sigma_ = 0;
 };
 
 }  // namespace diorama::vo

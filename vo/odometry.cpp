@@ -30,6 +30,7 @@
 #include "vo/start_trial.h"
 #include "vo/surface_start.h"
 #include "vo/tracking_quality.h"
+#include "vo/vague_scale.h"
 #include "vo/whole_image.h"
 
 namespace diorama {
@@ -51,12 +52,8 @@ int blurredLevels(const Camera& camera, const TrackedFrame& last, const TrackedF
   return levels;
 }
 
-// A path without scale may be half as long or twice.
-Matrix6d covarianceOfUnknownScale(const SE3& T_from_to) {
-  Vector6d longer = Vector6d::Zero();
-  longer.head<3>() = T_from_to.rotation.conjugate() * T_from_to.translation;
-  return longer * longer.transpose();
-}
+// A motion whose length is not known is half a measurement.
+constexpr double kHealthWithoutScale = 0.5;
 
 }  // namespace
 
@@ -122,9 +119,9 @@ class VisualOdometry::Implementation {
   SE3 T_world_now_;          // of the newest frame; when lost, where it is taken to be
   SE3 T_world_reported_;     // its pose as it was reported, before the map was corrected
   MotionModel motion_;
-  SE3 velocity_;                            // T_last_now of the last two good frames
+  SE3 velocity_;  // T_last_now of the last two good frames
+  VagueScale vague_scale_;
   Vector6d correction_ = Vector6d::Zero();  // of the reported pose since, right tangent
-  double health_ = 1;                       // of the last good frame
   int64_t previous_ns_ = 0;
   int start_frames_ = 0, lost_frames_ = 0;
   std::vector<OdometryEvent> events_;
@@ -216,8 +213,8 @@ OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
   const Vector6d correction =
       adjoint(frame.T_world_camera.inverse() * last_.T_world_camera) * correction_;
   m.covariance += correction * correction.transpose();
-  if (!mapping_->isMetric()) m.covariance += covarianceOfUnknownScale(m.T_from_to);
-  m.health = health_ = assessment.health;
+  m.covariance += vague_scale_.add(m.T_from_to, mapping_->scaleSigma());
+  m.health = mapping_->isMetric() ? assessment.health : kHealthWithoutScale * assessment.health;
   if (!recovered) exposure_.learn(camera_, frame);
   judgePoints(frame, assessment.failed);
   frame.hidden = HiddenRegions(camera_, frame, assessment.failed);
@@ -274,6 +271,7 @@ void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> o
     velocity_.translation *= changed.stretched;
     motion_.stretch(changed.stretched);
     note("reinitialised", changed.stretched, "scale known now, from " + changed.stretched_by);
+    vague_scale_.begin();
     trial_.begin();
   }
   judgeStart(objects);
@@ -354,6 +352,7 @@ void VisualOdometry::Implementation::forgetMap() {
   correction_.setZero();
   quality_.emplace(options_);
   mapping_.emplace(camera_, options_);
+  vague_scale_.begin();
   trial_.begin();
 }
 

@@ -14,6 +14,7 @@ constexpr double kHuber = 1.5, kTukey = 4.685;  // of the scale; Tukey: 95% effi
 constexpr double kSmallestScale = 0.5;          // standard deviations
 constexpr double kOutlier = 6;                  // of the scale: beyond Tukey's end
 constexpr double kMedianToSigma = 0.85;  // median of a 2-vector of normal errors is 1.18 sigma
+constexpr double kOneOfTwo = 1.745;      // ... over that of a single normal error, 0.6745 sigma
 constexpr double kSettled = 1e-7;
 
 double weightOf(double error, double scale, bool huber) {
@@ -84,7 +85,7 @@ Linearised linearise(const Camera& camera, const TrackedFrame& frame,
     const double error = term->r.norm(), w = weightOf(error, scale, huber);
     sum.H.noalias() += w * term->J.transpose() * term->J;
     sum.g.noalias() += w * term->J.transpose() * term->r;
-    sum.errors.push_back(error);
+    sum.errors.push_back(frame.features[i].isEdgelet() ? kOneOfTwo * error : error);
   }
   return sum;
 }
@@ -104,6 +105,12 @@ double scaleOf(std::vector<double> errors) {
   return std::max(kSmallestScale, kMedianToSigma * *middle);
 }
 
+Vector2d whitenedResidual(const Feature& feature, const Vector2d& residual_px) {
+  if (!feature.isEdgelet()) return feature.covariance_px2.llt().matrixL().solve(residual_px);
+  const Vector2d& n = feature.normal;
+  return {n.dot(residual_px) / std::sqrt(n.dot(feature.covariance_px2 * n)), 0};
+}
+
 // Keeps the features that agree.
 void dropOutliers(const Camera& camera, TrackedFrame& frame, const std::vector<Matrix2d>& whiteners,
                   double limit, const VoOptions& options, PoseRefinement& result) {
@@ -113,13 +120,13 @@ void dropOutliers(const Camera& camera, TrackedFrame& frame, const std::vector<M
   size_t next = 0;  // features are visited once, in order
   std::erase_if(frame.features, [&](Feature& feature) {
     const auto term = termOf(camera, feature, whiteners[next++], R, T_camera_world.translation);
-    const double error_px = term ? term->residual_px.norm() * levelScale(feature.level) : 1e9;
+    const double error_px = term ? feature.errorPx(term->residual_px) : 1e9;
     if (error_px > options.outlier_px || term->r.norm() > limit) {
       result.disagreed.push_back(feature.point);
       return true;
     }
     result.hessian.noalias() += term->J.transpose() * term->J;
-    feature.residual = feature.covariance_px2.llt().matrixL().solve(term->residual_px);
+    feature.residual = whitenedResidual(feature, term->residual_px);
     squares += error_px * error_px;
     return false;
   });

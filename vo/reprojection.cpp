@@ -17,6 +17,8 @@ constexpr int kTrialsPerCell = 3;  // points searched for before the cell is giv
 constexpr double kOpenShare = 0.6;
 constexpr int kFewestTried = 20;
 
+constexpr double kAlongEdge_px = 300;  // standard deviation: nothing is known there
+
 struct Candidate {
   MapPoint* point = nullptr;
   Vector2d u_px = Vector2d::Zero();
@@ -46,12 +48,12 @@ struct Cell {
 };
 
 std::vector<Cell> fillCells(const Camera& camera, const Map& map, const SE3& T_world_camera,
-                            const CellGrid& grid, bool settled) {
+                            const CellGrid& grid, bool settled, bool edgelets) {
   std::vector<Cell> cells(grid.size());
   const SE3 T_camera_world = T_world_camera.inverse();
   const Matrix3d R = T_camera_world.rotationMatrix();
   for (const auto& point : map.points) {
-    if (point->bad || point->settled != settled) continue;
+    if (point->bad || point->settled != settled || point->edgelet != edgelets) continue;
     const auto u = camera.project(R * point->p_world + T_camera_world.translation);
     if (u && camera.contains(*u, kBorder))
       cells[grid.cellOf(*u)].add({point.get(), *u, scoreOf(*point)});
@@ -81,7 +83,7 @@ std::optional<AlignedPatch> align(const Camera& camera, const TrackedFrame& fram
   found_level = patch->level;
   return alignFeature(frame.pyramid->level(patch->level), *patch,
                       toLevel(candidate.u_px, patch->level), options.match_radius_px,
-                      options.match_gain);
+                      options.match_gain, candidate.point->edgelet);
 }
 
 std::optional<Feature> findAt(const Camera& camera, const TrackedFrame& frame,
@@ -108,13 +110,39 @@ std::optional<Feature> find(const Camera& camera, const TrackedFrame& frame,
   return std::nullopt;
 }
 
+std::vector<uint8_t> occupiedBy(const TrackedFrame& frame, const CellGrid& grid) {
+  std::vector<uint8_t> occupied(grid.size(), 0);
+  for (const Feature& feature : frame.features) occupied[grid.cellOf(feature.u_px)] = 1;
+  return occupied;
+}
+
+// Settled points in cells that are free yet, until there are `limit` features.
+void addSettled(const Camera& camera, const Map& map, const CellGrid& grid, int limit,
+                bool edgelets, TrackedFrame& frame, ReprojectionResult& result,
+                const VoOptions& options) {
+  const std::vector<uint8_t> occupied = occupiedBy(frame, grid);
+  const auto cells = fillCells(camera, map, frame.T_world_camera, grid, true, edgelets);
+  for (const size_t cell : spreadOrder(cells.size())) {
+    if (occupied[cell] || cells[cell].count == 0) continue;
+    if (static_cast<int>(frame.features.size()) >= limit) break;
+    ++result.tried;
+    for (int trial = 0; trial < cells[cell].count; ++trial) {
+      const Candidate& candidate = cells[cell].best[static_cast<size_t>(trial)];
+      if (auto feature = find(camera, frame, candidate, options)) {
+        frame.features.push_back(*feature);
+        break;
+      }
+      result.missed.push_back(candidate.point);
+    }
+  }
+}
+
 // In cells that are free yet. That others are not found says little, since they are searched for at
 // a depth that may be wrong.
 void addUnsettled(const Camera& camera, const Map& map, const CellGrid& grid, int limit,
-                  TrackedFrame& frame, const VoOptions& options) {
-  std::vector<uint8_t> occupied(grid.size(), 0);
-  for (const Feature& feature : frame.features) occupied[grid.cellOf(feature.u_px)] = 1;
-  const auto cells = fillCells(camera, map, frame.T_world_camera, grid, false);
+                  bool edgelets, TrackedFrame& frame, const VoOptions& options) {
+  const std::vector<uint8_t> occupied = occupiedBy(frame, grid);
+  const auto cells = fillCells(camera, map, frame.T_world_camera, grid, false, edgelets);
   for (const size_t cell : spreadOrder(cells.size())) {
     if (static_cast<int>(frame.features.size()) >= limit) break;
     if (occupied[cell] || cells[cell].count == 0) continue;
@@ -127,13 +155,17 @@ void addUnsettled(const Camera& camera, const Map& map, const CellGrid& grid, in
 
 Measured measuredBy(const AlignedPatch& aligned, int level, const VoOptions& options) {
   const double floor = options.feature_sigma_px * options.feature_sigma_px;
-  return {fromLevel(aligned.u_level, level), level,
-          (aligned.covariance + floor * Matrix2d::Identity()) * (1 << (2 * level))};
+  Matrix2d covariance = aligned.covariance + floor * Matrix2d::Identity();
+  if (const Vector2d& n = aligned.normal; !n.isZero(0))
+    covariance = n.dot(covariance * n) * n * n.transpose() +
+                 kAlongEdge_px * kAlongEdge_px * (Matrix2d::Identity() - n * n.transpose());
+  return {fromLevel(aligned.u_level, level), level, covariance * (1 << (2 * level)),
+          aligned.normal};
 }
 
 Measured hostMeasurement(const Vector2d& u_px, int level, const VoOptions& options) {
   const double floor = options.feature_sigma_px * options.feature_sigma_px;
-  return {u_px, level, floor * Matrix2d::Identity() * (1 << (2 * level))};
+  return {u_px, level, floor * Matrix2d::Identity() * (1 << (2 * level)), Vector2d::Zero()};
 }
 
 const Observation* chooseReference(const MapPoint& point, const Vector3d& camera_world,
@@ -157,26 +189,17 @@ const Observation* chooseReference(const MapPoint& point, const Vector3d& camera
 ReprojectionResult reprojectMap(const Camera& camera, const Map& map, TrackedFrame& frame,
                                 const VoOptions& options) {
   const CellGrid grid(camera.width(), camera.height(), options.cell_px);
-  const auto cells = fillCells(camera, map, frame.T_world_camera, grid, true);
   frame.features.clear();
   ReprojectionResult result;
-  for (const size_t cell : spreadOrder(cells.size())) {
-    if (cells[cell].count == 0) continue;
-    if (static_cast<int>(frame.features.size()) >= options.max_features) break;
-    ++result.tried;
-    for (int trial = 0; trial < cells[cell].count; ++trial) {
-      const Candidate& candidate = cells[cell].best[static_cast<size_t>(trial)];
-      if (auto feature = find(camera, frame, candidate, options)) {
-        frame.features.push_back(*feature);
-        break;
-      }
-      result.missed.push_back(candidate.point);
-    }
-  }
+  addSettled(camera, map, grid, options.max_features, false, frame, result, options);
   const int found = static_cast<int>(frame.features.size());
   frame.covered = result.tried >= kFewestTried && found < kOpenShare * result.tried;
   const int limit = frame.covered ? options.unsettled_below : options.unsettled_open;
-  if (found < limit) addUnsettled(camera, map, grid, limit, frame, options);
+  if (found < options.edgelets_below)
+    addSettled(camera, map, grid, options.edgelets_below, true, frame, result, options);
+  if (found < limit) addUnsettled(camera, map, grid, limit, false, frame, options);
+  if (found < options.edgelets_below)
+    addUnsettled(camera, map, grid, std::min(limit, options.edgelets_below), true, frame, options);
   result.matched = static_cast<int>(frame.features.size());
   return result;
 }

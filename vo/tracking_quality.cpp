@@ -76,9 +76,10 @@ Matrix6d stepCovariance(const TrackedFrame& before, const TrackedFrame& now,
   for (const Feature& feature : before.features) residuals[feature.point] = feature.residual;
   std::vector<double> differences, absolute;
   for (const Feature& feature : now.features) {
-    for (int i = 0; i < 2; ++i) absolute.push_back(std::abs(feature.residual[i]));
+    const int n = feature.isEdgelet() ? 1 : 2;
+    for (int i = 0; i < n; ++i) absolute.push_back(std::abs(feature.residual[i]));
     if (const auto it = residuals.find(feature.point); it != residuals.end())
-      for (int i = 0; i < 2; ++i)
+      for (int i = 0; i < n; ++i)
         differences.push_back(std::abs(feature.residual[i] - it->second[i]));
   }
   // Without common points both poses have their own error in the map.

@@ -25,6 +25,10 @@ struct VoOptions {
   // Of the tensor's smallest eigenvalue to its largest one. The steps of a straight outline that is
   // drawn or scanned without smoothing are no corners: they slide along it.
   double min_corner_ratio = 0.15;
+  // Where fewer features than this are found, edges help (SVO 2); 0: never. And the weakest one:
+  // largest eigenvalue.
+  int edgelets_below = 60;
+  double min_edge_score = 10;
 
   // Initialisation.
   double start_disparity_px = 10;    // median, between the first two keyframes (paper)
@@ -103,6 +107,8 @@ struct VoOptions {
     v("min_corner_score", min_corner_score, kNotNegative);
     v("corner_noise_factor", corner_noise_factor, kNotNegative);
     v("min_corner_ratio", min_corner_ratio, kFraction);
+    v("edgelets_below", edgelets_below, Range{0, 10000});
+    v("min_edge_score", min_edge_score, kNotNegative);
     v("start_disparity_px", start_disparity_px, kPositive);
     v("start_baseline_rad", start_baseline_rad, kNotNegative);
     v("start_window_frames", start_window_frames, Range{2, 100000});

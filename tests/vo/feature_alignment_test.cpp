@@ -61,6 +61,24 @@ TEST(FeatureAlignment, IsUncertainAlongAnEdge) {
   EXPECT_GT(found->covariance(1, 1), 100 * found->covariance(0, 0));
 }
 
+TEST(FeatureAlignment, AnEdgeletMovesAcrossItsEdgeOnly) {
+  const auto patch = patchAt(edge, {30, 30});
+  ASSERT_TRUE(patch);
+  test::Numbers numbers(2);
+  Image<uint8_t> noisy = draw(edge, {0.7, 0}, 0.8, 20);
+  for (uint8_t& pixel : noisy.pixels) pixel = static_cast<uint8_t>(pixel + 2 * numbers.normal());
+  const auto found = alignFeature(noisy, *patch, Vector2d(30, 30), 5, true, true);
+  ASSERT_TRUE(found);
+  EXPECT_THAT(found->u_level, test::MatrixNear(Vector2d(30.7, 30), 0.06));
+  EXPECT_THAT(found->normal, test::MatrixNear(Vector2d(1, 0), 0.02));
+  EXPECT_LT(found->covariance(0, 0), 0.01);
+  EXPECT_GT(found->covariance(1, 1), 100 * found->covariance(0, 0));
+  // Nothing to align by.
+  const auto blank = cutPatch(ImagePyramid(Image<uint8_t>(60, 60, 90), 1), {30, 30}, 0);
+  const auto nothing = alignFeature(noisy, *blank, Vector2d(30, 30), 5, true, true);
+  EXPECT_TRUE(!nothing || nothing->normal.allFinite());
+}
+
 TEST(FeatureAlignment, GivesUpFarAwayOutsideAndOnNothing) {
   const auto patch = patchAt(blobs, {30, 28});
   const Image<uint8_t> image = draw(blobs, {4, 0});

@@ -185,6 +185,7 @@ TEST(VisualOdometry, WithoutObjectsTheScaleIsUnknownAndItSaysSo) {
   EXPECT_EQ(driver.count("lost"), 0);
   // Nor may a graph believe in the lengths, or it turns away objects that are seen later.
   EXPECT_GE(driver.lengthSigma(), 1);
+  EXPECT_LE(driver.step->health, 0.5);
   const auto next = [&] { return room().draw(TexturedRoom::path(k), k); };
   for (; driver.count("reinitialised") == 0 && k < 200; ++k) driver.feed(next());
   ASSERT_EQ(driver.count("reinitialised"), 1);
