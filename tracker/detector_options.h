@@ -80,7 +80,7 @@ struct DetectorOptions {
   double min_hidden_health = 0.35;
   double certain_evidence = 1.75;  // no better pose is looked for, but for its rivals
   // A pose found by edges is dropped when another one, turned against it, fits hardly worse: the
-  // sharpness of the edges and the look add up to nearly as much. Of 97 views of a bottle, half of
+  // sharpness of the edges and the look add up to nearly as much. Of 108 views of a bottle, many of
   // them hard ones, wrong sides led by up to 0.12.
   double min_lead = 0.15;
   double rival_rad = 0.35;
