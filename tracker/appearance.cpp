@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 namespace diorama {
 namespace {
@@ -34,13 +35,6 @@ float logarithm(float value) {
     return t;
   }();
   return table[static_cast<size_t>(std::clamp(4 * value + 0.5f, 0.0f, 1023.0f))];
-}
-
-// Brightness (ITU-R BT.601), red over green and blue over green, as logarithms.
-Vector3f logarithms(const Vector3f& rgb) {
-  const float green = logarithm(rgb[1]);
-  return {logarithm(0.299f * rgb[0] + 0.587f * rgb[1] + 0.114f * rgb[2]), logarithm(rgb[0]) - green,
-          logarithm(rgb[2]) - green};
 }
 
 Vector3f toVector(const Rgb8& c) {
@@ -167,32 +161,82 @@ DatabaseLook takeLook(const Frame& picture, const Camera& camera, const RayQuery
   return look;
 }
 
-std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const MeanImage& image,
-                                   const Camera& camera, const SE3& T_camera_object,
-                                   const Vector3d& centre_object, int most_points) {
-  const Vector3d eye = T_camera_object.inverse().translation;
-  const Vector3f side = (eye - centre_object).normalized().cast<float>();
+Vector3f lookValue(const Vector3f& rgb, bool has_colors) {
+  const float brightness = logarithm(0.299f * rgb[0] + 0.587f * rgb[1] + 0.114f * rgb[2]);
+  if (!has_colors) return {brightness, 0, 0};
+  const float green = logarithm(rgb[1]);
+  return {brightness, logarithm(rgb[0]) - green, logarithm(rgb[2]) - green};
+}
+
+Vector3f lookValue(const Rgb8& color, bool has_colors) {
+  return lookValue(toVector(color), has_colors);
+}
+
+// Points of one cell of a grid in space are a patch, when they fill it.
+DatabaseLook coarser(const DatabaseLook& look) {
+  constexpr float kRatio = 2;
+  constexpr int kFewestOfCell = 2;
+  struct Cell {
+    Vector3f point = Vector3f::Zero(), normal = point, color = point;
+    int count = 0;
+  };
+  DatabaseLook coarse;
+  coarse.direction = look.direction;
+  coarse.side_m = kRatio * look.side_m;
+  std::map<std::array<int, 3>, Cell> cells;
+  for (size_t i = 0; i < look.points.size(); ++i) {
+    const Vector3f at = (look.points[i] / coarse.side_m).array().round();
+    Cell& cell = cells[{static_cast<int>(at[0]), static_cast<int>(at[1]), static_cast<int>(at[2])}];
+    cell.point += look.points[i];
+    cell.normal += look.normals[i];
+    cell.color += toVector(look.colors[i]);
+    ++cell.count;
+  }
+  for (const auto& [at, cell] : cells) {
+    if (cell.count < kFewestOfCell || cell.normal.norm() < 0.5f * static_cast<float>(cell.count))
+      continue;
+    const float n = static_cast<float>(cell.count);
+    coarse.points.push_back(cell.point / n);
+    coarse.normals.push_back(cell.normal.normalized());
+    const Vector3f color = (cell.color / n).array().round();
+    coarse.colors.push_back({static_cast<uint8_t>(color[0]), static_cast<uint8_t>(color[1]),
+                             static_cast<uint8_t>(color[2])});
+  }
+  return coarse;
+}
+
+const DatabaseLook& nearestLook(const std::vector<DatabaseLook>& looks, const SE3& T_camera_object,
+                                const Vector3d& centre_object) {
+  const Vector3f side =
+      (T_camera_object.inverse().translation - centre_object).normalized().cast<float>();
   const auto nearest = std::max_element(looks.begin(), looks.end(),
                                         [&](const DatabaseLook& a, const DatabaseLook& b) {
                                           return a.direction.dot(side) < b.direction.dot(side);
                                         });
-  if (nearest == looks.end()) return std::nullopt;
+  static const DatabaseLook nothing;
+  return nearest == looks.end() ? nothing : *nearest;
+}
+
+std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const MeanImage& image,
+                                   const Camera& camera, const SE3& T_camera_object,
+                                   const Vector3d& centre_object, int most_points) {
+  const Vector3d eye = T_camera_object.inverse().translation;
+  const DatabaseLook& nearest = nearestLook(looks, T_camera_object, centre_object);
   const Matrix3d R = T_camera_object.rotationMatrix();
-  const size_t n = nearest->points.size(), most = static_cast<size_t>(std::max(1, most_points));
+  const size_t n = nearest.points.size(), most = static_cast<size_t>(std::max(1, most_points));
   const size_t step = (n + most - 1) / most;
   Comparison comparison;
   for (size_t i = 0; i < n; i += step) {
-    const Vector3d place = nearest->points[i].cast<double>();
+    const Vector3d place = nearest.points[i].cast<double>();
     const Vector3d p = R * place + T_camera_object.translation;
-    const Vector3f& normal = nearest->normals[i];
+    const Vector3f& normal = nearest.normals[i];
     if ((eye - place).dot(normal.cast<double>()) <= 0) continue;  // turned away
     const auto u = camera.project(p);
     if (!u) continue;
-    const auto color = image.mean(*u, static_cast<double>(nearest->side_m) * camera.fx() / p.z());
+    const auto color = image.mean(*u, static_cast<double>(nearest.side_m) * camera.fx() / p.z());
     if (!color) continue;
-    Vector3f known = logarithms(toVector(nearest->colors[i])), seen = logarithms(*color);
-    if (!image.hasColors()) known.tail<2>().setZero();
-    comparison.add(normal, known, seen);
+    comparison.add(normal, lookValue(nearest.colors[i], image.hasColors()),
+                   lookValue(*color, image.hasColors()));
   }
   if (comparison.points() < kFewest) return std::nullopt;
   const Comparison::Left left = comparison.left();
@@ -204,7 +248,7 @@ std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const
 bool isPlain(const DatabaseLook& look) {
   Comparison comparison;
   for (size_t i = 0; i < look.points.size(); ++i) {
-    const Vector3f known = logarithms(toVector(look.colors[i]));
+    const Vector3f known = lookValue(look.colors[i]);
     comparison.add(look.normals[i], known, known);
   }
   return comparison.points() < kFewest ||

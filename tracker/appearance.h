@@ -40,9 +40,21 @@ class MeanImage {
   std::vector<uint32_t> sums_;  // of all pixels above and to the left, channel by channel
 };
 
+// What is compared of a colour: logarithms of its brightness (ITU-R BT.601), of red over green and
+// of blue over green; zeros for the latter where there are grey values alone.
+Vector3f lookValue(const Vector3f& rgb, bool has_colors = true);
+Vector3f lookValue(const Rgb8& color, bool has_colors = true);
+
 // What the camera sees of the object in the picture, at points on a grid.
 DatabaseLook takeLook(const Frame& picture, const Camera& camera, const RayQuery& rays,
                       int object_index, const SE3& T_camera_object, const Vector3d& centre_object);
+
+// The same with patches twice as large.
+DatabaseLook coarser(const DatabaseLook& look);
+
+// The one taken from nearest to the camera's side; an empty one when there are none.
+const DatabaseLook& nearestLook(const std::vector<DatabaseLook>& looks, const SE3& T_camera_object,
+                                const Vector3d& centre_object);
 
 // How well the image agrees with the look from nearest to the same side, in [-1, 1]: the partial
 // correlation of the logarithms of brightness, red over green and blue over green, given the

@@ -10,18 +10,49 @@ namespace {
 
 constexpr int kWidth = 320;  // cells
 
-// One picture of the edges for each direction: 0 on an edge, 255 elsewhere.
-std::vector<cv::Mat> edgesByDirection(const cv::Mat& grey, const ChamferOptions& options) {
-  cv::Mat smooth, dx, dy, edges;
-  cv::GaussianBlur(grey, smooth, {}, 0.8);
+cv::Mat fullPicture(const Frame& frame) {
+  const Image<uint8_t>& grey = frame.gray;
+  if (frame.rgb.width == grey.width && frame.rgb.height == grey.height)
+    return {grey.height, grey.width, CV_8UC3, const_cast<Rgb8*>(frame.rgb.pixels.data())};
+  return {grey.height, grey.width, CV_8U, const_cast<uint8_t*>(grey.pixels.data())};
+}
+
+// Of the channel that changes most, pixel by pixel.
+void gradients(const cv::Mat& picture, cv::Mat& dx, cv::Mat& dy) {
+  cv::Mat smooth;
+  cv::GaussianBlur(picture, smooth, {}, 0.8);
   cv::Sobel(smooth, dx, CV_16S, 1, 0);
   cv::Sobel(smooth, dy, CV_16S, 0, 1);
+  const int channels = picture.channels();
+  if (channels == 1) return;
+  const cv::Mat all_dx = dx, all_dy = dy;
+  dx = cv::Mat(picture.rows, picture.cols, CV_16S);
+  dy = cv::Mat(picture.rows, picture.cols, CV_16S);
+  for (int y = 0; y < picture.rows; ++y) {
+    const int16_t *from_x = all_dx.ptr<int16_t>(y), *from_y = all_dy.ptr<int16_t>(y);
+    for (int x = 0; x < picture.cols; ++x, from_x += channels, from_y += channels) {
+      int best = 0, most = -1;
+      for (int c = 0; c < channels; ++c)
+        if (const int size = from_x[c] * from_x[c] + from_y[c] * from_y[c]; size > most) {
+          best = c;
+          most = size;
+        }
+      dx.at<int16_t>(y, x) = from_x[best];
+      dy.at<int16_t>(y, x) = from_y[best];
+    }
+  }
+}
+
+// One picture of the edges for each direction: 0 on an edge, 255 elsewhere.
+std::vector<cv::Mat> edgesByDirection(const cv::Mat& picture, const ChamferOptions& options) {
+  cv::Mat dx, dy, edges;
+  gradients(picture, dx, dy);
   cv::Canny(dx, dy, edges, options.canny_low, options.canny_high, true);
   std::vector<cv::Mat> pictures;
   for (int k = 0; k < ChamferMaps::kDirections; ++k)
-    pictures.emplace_back(grey.rows, grey.cols, CV_8U, cv::Scalar(255));
-  for (int y = 0; y < grey.rows; ++y)
-    for (int x = 0; x < grey.cols; ++x) {
+    pictures.emplace_back(picture.rows, picture.cols, CV_8U, cv::Scalar(255));
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) {
       if (!edges.at<uint8_t>(y, x)) continue;
       const Vector2d normal(dx.at<int16_t>(y, x), dy.at<int16_t>(y, x));
       pictures[static_cast<size_t>(ChamferMaps::directionOf(normal))].at<uint8_t>(y, x) = 0;
@@ -49,14 +80,14 @@ int ChamferMaps::directionOf(const Vector2d& normal) {
   return static_cast<int>(std::lround(turns * kDirections) + kDirections) % kDirections;
 }
 
-ChamferMaps::ChamferMaps(const Image<uint8_t>& image, const ChamferOptions& options)
-    : cell_(std::max(1, static_cast<int>(std::lround(image.width / double{kWidth})))),
+ChamferMaps::ChamferMaps(const Frame& frame, const ChamferOptions& options)
+    : cell_(std::max(1, static_cast<int>(std::lround(frame.gray.width / double{kWidth})))),
       farthest_px_(options.farthest_px) {
-  const cv::Mat full(image.height, image.width, CV_8U, const_cast<uint8_t*>(image.pixels.data()));
-  const int width = std::max(1, image.width / cell_), height = std::max(1, image.height / cell_);
-  cv::Mat grey;
-  cv::resize(full, grey, {width, height}, 0, 0, cv::INTER_AREA);
-  const std::vector<cv::Mat> edges = edgesByDirection(grey, options);
+  const int width = std::max(1, frame.gray.width / cell_),
+            height = std::max(1, frame.gray.height / cell_);
+  cv::Mat small;
+  cv::resize(fullPicture(frame), small, {width, height}, 0, 0, cv::INTER_AREA);
+  const std::vector<cv::Mat> edges = edgesByDirection(small, options);
   for (size_t k = 0; k < kDirections; ++k) {
     fine_[k] = Image<float>(width, height);
     cv::Mat distance(height, width, CV_32F, fine_[k].pixels.data());

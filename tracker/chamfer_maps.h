@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/image.h"
+#include "core/frame.h"
 #include "core/types.h"
 #include "tracker/detector_options.h"
 
@@ -21,8 +21,9 @@ class ChamferMaps {
   static constexpr int kChance = 100;
   static constexpr int kCoarse = 3;  // cells of a fine map along the side of a coarse one
 
-  // Maps are about 320 cells wide.
-  ChamferMaps(const Image<uint8_t>& image, const ChamferOptions& options);
+  // Maps are about 320 cells wide. Edges are those of colours where the camera has them: orange on
+  // wood may be of one brightness.
+  ChamferMaps(const Frame& frame, const ChamferOptions& options);
 
   // Of a line with this normal; signs do not matter.
   static int directionOf(const Vector2d& normal);

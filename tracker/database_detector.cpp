@@ -18,8 +18,8 @@
 #include "core/errors.h"
 #include "tracker/edge_templates.h"
 #include "tracker/feature_matcher.h"
-#include "tracker/object_tracker.h"
 #include "tracker/pose_ransac.h"
+#include "tracker/pose_verifier.h"
 
 namespace diorama {
 
@@ -38,9 +38,9 @@ class DatabaseDetector::Picture {
           (small ? extractFeatures : extractLargeFeatures)(frame.gray, kind, options_.max_features);
     return at->second;
   }
-  const ChamferMaps& edges() const {
-    if (!edges_) edges_.emplace(frame.gray, options_.templates.chamfer);
-    return *edges_;
+  EdgeTemplates::Sight sight() const {
+    if (!edges_) edges_.emplace(frame, options_.templates.chamfer);
+    return {*edges_, means};
   }
 
  private:
@@ -63,22 +63,26 @@ class DatabaseDetector::Finder {
         rays_(std::move(rays)),
         model_(makeEdgeModel(object.model.mesh, tracker_options_)),
         matcher_(database_, options.same_place * diameter_),
-        plain_(std::all_of(database_.looks.begin(), database_.looks.end(), isPlain)),
-        alike_(plain_ || object.model.symmetries.axis || !object.model.symmetries.discrete.empty()),
-        verifier_(std::move(object.model), camera, rays_, index, tracker_options),
-        templates_(model_, camera_, *rays_, index, tracker_options_, options_.templates) {}
+        verifier_(object.model, model_, camera_, *rays_, index, tracker_options_, database_.looks,
+                  options.look_points),
+        alike_(verifier_.isPlain() || object.model.symmetries.axis ||
+               !object.model.symmetries.discrete.empty()),
+        templates_(model_, camera_, *rays_, index, tracker_options_, options_.templates,
+                   database_.looks) {}
 
-  std::optional<Detection> findByFeatures(const Picture& picture, bool small);
-  std::optional<Detection> confirm(const Picture& picture, const std::vector<PointMatch>& matches,
-                                   const RansacPose& pose);
-  std::optional<Detection> findByEdges(const Picture& picture);
+  std::optional<Detection> find(const Picture& picture);
 
  private:
+  std::optional<Detection> findByFeatures(const Picture& picture, bool small);
+  std::optional<ExaminedPose> confirm(const Picture& picture,
+                                      const std::vector<PointMatch>& matches,
+                                      const RansacPose& pose);
+  std::optional<Detection> findByEdges(const Picture& picture);
   std::vector<PointMatch> match(const Features& features) const;
+  bool isRival(const SE3& a, const SE3& b) const;
+  bool castsDoubt(const ExaminedPose& other, const ExaminedPose& found) const;
   std::array<SE3, 5> turned(const SE3& T_camera_object) const;
-  std::optional<double> look(const Picture& picture, const SE3& T_camera_object,
-                             int most_points) const;
-  Detection examine(const Picture& picture, const ObjectPrediction& start);
+  ExaminedPose polish(const ExaminedPose& found);
   double evidence(const Detection& detection) const;
   bool isProven(const Detection& detection) const;
   bool isProvenByFeatures(const Detection& detection, size_t closely, double share) const;
@@ -92,11 +96,25 @@ class DatabaseDetector::Finder {
   const std::shared_ptr<const RayQuery> rays_;
   const EdgeModel model_;
   const FeatureMatcher matcher_;
-  const bool plain_;  // it has no print at all
+  PoseVerifier verifier_;
   const bool alike_;  // it cannot be told from itself turned
-  EdgeTracker verifier_;
   const EdgeTemplates templates_;
 };
+
+std::optional<Detection> DatabaseDetector::Finder::find(const Picture& picture) {
+  verifier_.setImage(picture.frame, picture.means);
+  std::optional<Detection> found = findByFeatures(picture, false);
+  if (!found) found = findByEdges(picture);
+  if (!found && options_.small_features) found = findByFeatures(picture, true);
+  return found;
+}
+
+ExaminedPose DatabaseDetector::Finder::polish(const ExaminedPose& found) {
+  ExaminedPose polished = verifier_.polish(found.T_camera_object);
+  polished.inliers = found.inliers;
+  polished.covariance = found.covariance;
+  return polished.rank() > found.rank() ? polished : found;
+}
 
 std::vector<PointMatch> DatabaseDetector::Finder::match(const Features& features) const {
   std::vector<PointMatch> matches;
@@ -118,21 +136,20 @@ std::optional<Detection> DatabaseDetector::Finder::findByFeatures(const Picture&
     const auto pose =
         findPose(matches, camera_, diameter_, options_, random, static_cast<uint32_t>(k));
     if (!pose) break;
-    if (auto detection = confirm(picture, matches, *pose)) return detection;
+    if (const auto detection = confirm(picture, matches, *pose)) return polish(*detection);
     for (auto i = pose->inliers.rbegin(); i != pose->inliers.rend(); ++i)
       matches.erase(matches.begin() + *i);
   }
   return std::nullopt;
 }
 
-std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& picture,
-                                                           const std::vector<PointMatch>& matches,
-                                                           const RansacPose& pose) {
+std::optional<ExaminedPose> DatabaseDetector::Finder::confirm(
+    const Picture& picture, const std::vector<PointMatch>& matches, const RansacPose& pose) {
   const SE3& T = pose.T_camera_object;
-  std::optional<Detection> best;
+  std::optional<ExaminedPose> best;
   double best_score = 0;
   const auto tryFrom = [&](const ObjectPrediction& start) {
-    Detection detection = examine(picture, start);
+    ExaminedPose detection = verifier_.examine(start);
     const SE3& T_found = detection.T_camera_object;
     const auto agreeing = [&](double inlier_px) {
       return agreeingMatches(matches, camera_, T_found, inlier_px);
@@ -158,39 +175,54 @@ std::optional<Detection> DatabaseDetector::Finder::confirm(const Picture& pictur
     tryFrom({start, covarianceByMatches(matches, pose.inliers, camera_, start, options_.inlier_px),
              false, true});
   for (const SE3& start : {T, tilted})
-    if (!isCertain()) tryFrom({templates_.refine(start, picture.edges()).T_camera_object});
+    if (!isCertain()) tryFrom({templates_.refine(start, picture.sight()).T_camera_object});
   return best;
 }
 
 // The best of the candidates: another view of the object may be nearly as good. Where one is,
 // nothing is claimed.
 std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& picture) {
-  const auto looks = [&](const SE3& T) { return look(picture, T, options_.templates.look_points); };
-  std::vector<Detection> seen;
+  std::vector<ExaminedPose> seen;
   const auto best = [&] {
-    return std::max_element(seen.begin(), seen.end(), [&](const Detection& a, const Detection& b) {
-      return evidence(a) < evidence(b);
-    });
+    return *std::max_element(
+        seen.begin(), seen.end(),
+        [](const ExaminedPose& a, const ExaminedPose& b) { return a.rank() < b.rank(); });
   };
   const auto tryFrom = [&](const SE3& start) {
-    const Detection detection = examine(picture, {start});
-    if (isProven(detection)) seen.push_back(detection);
+    const ExaminedPose pose = verifier_.examine({start});
+    if (isProven(pose)) seen.push_back(pose);
   };
-  for (const EdgeTemplates::Candidate& candidate : templates_.find(picture.edges(), looks)) {
-    tryFrom(candidate.T_camera_object);
-    if (!seen.empty() && evidence(*best()) >= options_.certain_evidence) break;
+  for (const EdgeTemplates::Candidate& candidate : templates_.find(picture.sight())) {
+    const bool certain = !seen.empty() && evidence(best()) >= options_.certain_evidence;
+    if (!certain || isRival(candidate.T_camera_object, best().T_camera_object))
+      tryFrom(candidate.T_camera_object);
   }
   if (seen.empty()) return std::nullopt;
-  if (alike_) return *best();
-  for (const SE3& rival : turned(best()->T_camera_object))
-    tryFrom(templates_.refine(rival, picture.edges()).T_camera_object);
-  const Detection found = *best();
-  const bool doubtful = std::any_of(seen.begin(), seen.end(), [&](const Detection& other) {
-    return evidence(other) > evidence(found) - options_.min_lead &&
-           angleBetween(other.T_camera_object.rotation, found.T_camera_object.rotation) >
-               options_.rival_rad;
-  });
-  return doubtful ? std::nullopt : std::optional(found);
+  if (alike_) return polish(best());
+  for (const SE3& rival : turned(best().T_camera_object))
+    tryFrom(templates_.refine(rival, picture.sight()).T_camera_object);
+  const ExaminedPose found = polish(best());
+  if (std::any_of(seen.begin(), seen.end(),
+                  [&](const ExaminedPose& other) { return castsDoubt(other, found); }))
+    return std::nullopt;
+  return found;
+}
+
+// At about the same place, but turned.
+bool DatabaseDetector::Finder::isRival(const SE3& a, const SE3& b) const {
+  return (a.translation - b.translation).norm() < 0.5 * diameter_ &&
+         angleBetween(a.rotation, b.rotation) > options_.neighbour_rad;
+}
+
+// Poses side by side share most of their edges, and what is wrong with them: of these a small lead
+// tells the better one.
+bool DatabaseDetector::Finder::castsDoubt(const ExaminedPose& other,
+                                          const ExaminedPose& found) const {
+  const double turned =
+      angleBetween(other.T_camera_object.rotation, found.T_camera_object.rotation);
+  const double lead = found.rank() - other.rank();
+  if (turned > options_.rival_rad) return lead < options_.min_lead;
+  return turned > options_.neighbour_rad && lead < options_.min_neighbour_lead;
 }
 
 // About the axis that points upwards: by quarter turns, for what stands looks most like that, and
@@ -208,18 +240,6 @@ std::array<SE3, 5> DatabaseDetector::Finder::turned(const SE3& T_camera_object) 
   return poses;
 }
 
-std::optional<double> DatabaseDetector::Finder::look(const Picture& picture, const SE3& T,
-                                                     int most_points) const {
-  return compareLooks(database_.looks, picture.means, camera_, T, model_.centre_object,
-                      most_points);
-}
-
-Detection DatabaseDetector::Finder::examine(const Picture& picture, const ObjectPrediction& start) {
-  const ObjectMeasurement measured = verifier_.examine(picture.frame, start);
-  const SE3& T = measured.T_camera_object;
-  return {T, measured.health, look(picture, T, options_.look_points)};
-}
-
 double DatabaseDetector::Finder::evidence(const Detection& detection) const {
   const double sum = detection.health + detection.look.value_or(0);
   if (detection.inliers > 0) return sum;
@@ -229,7 +249,8 @@ double DatabaseDetector::Finder::evidence(const Detection& detection) const {
 
 bool DatabaseDetector::Finder::isProven(const Detection& detection) const {
   if (detection.health < options_.min_health) return false;
-  if (!detection.look) return plain_ && evidence(detection) >= options_.min_plain_health;
+  if (!detection.look)
+    return verifier_.isPlain() && evidence(detection) >= options_.min_plain_health;
   return evidence(detection) >=
          (detection.inliers > 0 ? options_.min_feature_evidence : options_.min_evidence);
 }
@@ -266,13 +287,8 @@ std::vector<std::optional<Detection>> DatabaseDetector::detect(const Frame& fram
   if (frame.gray.width != camera_.width() || frame.gray.height != camera_.height())
     return detections;
   const Picture picture(frame, options_);
-  for (size_t i = 0; i < objects.size(); ++i) {
-    Finder& finder = *finders_[static_cast<size_t>(objects[i])];
-    detections[i] = finder.findByFeatures(picture, false);
-    if (!detections[i]) detections[i] = finder.findByEdges(picture);
-    if (!detections[i] && options_.small_features)
-      detections[i] = finder.findByFeatures(picture, true);
-  }
+  for (size_t i = 0; i < objects.size(); ++i)
+    detections[i] = finders_[static_cast<size_t>(objects[i])]->find(picture);
   return detections;
 }
 

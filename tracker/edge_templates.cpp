@@ -13,7 +13,6 @@
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpsabi"  // without AVX such values pass through memory: fine
-
 namespace diorama {
 namespace {
 
@@ -126,12 +125,16 @@ Eigen::Quaterniond aboutZ(double angle) {
 
 EdgeTemplates::EdgeTemplates(const EdgeModel& model, const Camera& camera, const RayQuery& rays,
                              int object, const TrackerOptions& tracker_options,
-                             const TemplateOptions& options)
+                             const TemplateOptions& options, const std::vector<DatabaseLook>& looks)
     : model_(model),
       camera_(camera),
       options_(options),
       search_(model, camera, rays, object, tracker_options),
       diameter_(model.diameter) {
+  for (const DatabaseLook& look : looks) {
+    looks_.push_back(isPlain(look) ? DatabaseLook{look.direction, 0, {}, {}, {}} : look);
+    coarse_looks_.push_back(coarser(looks_.back()));
+  }
   const Camera studio{CameraParameters{}};
   const EdgeSearch search(model, studio, rays, object, tracker_options);
   for (const Vector3d& direction : sphereDirections(options.views))
@@ -233,43 +236,47 @@ std::optional<SE3> EdgeTemplates::poseOf(const Placed& placed, const ChamferMaps
              placed.distance * direction};
 }
 
+double EdgeTemplates::scoreOf(const SE3& T, double ratio, const MeanImage& means) const {
+  const auto look =
+      compareLooks(coarse_looks_, means, camera_, T, model_.centre_object, options_.look_points);
+  return ratio - options_.look_weight * look.value_or(0);
+}
+
+// First by large patches, which tell the way from further off.
 EdgeTemplates::Candidate EdgeTemplates::refine(const SE3& T_camera_object,
-                                               const ChamferMaps& maps) const {
-  SE3 T = T_camera_object * SE3{Eigen::Quaterniond::Identity(), model_.centre_object};
-  constexpr int kRounds = 2, kSamples = 80;
+                                               const Sight& sight) const {
+  const SE3 T_model_object{Eigen::Quaterniond::Identity(), -model_.centre_object};
+  SE3 T = T_camera_object * T_model_object.inverse();
+  constexpr int kSamples = 80, kLookPoints = 100;
   SolverLimits limits;
   limits.iterations = 4;
   limits.model_diameter = diameter_;
   double ratio = 1;
-  for (int round = 0; round < kRounds; ++round) {
+  for (const auto* looks : {&coarse_looks_, &looks_}) {
     const std::vector<int> samples = search_.visibleSamples(T, kSamples);
-    ChamferCue cue(model_, search_, camera_, maps, samples);
-    Cue* const cues[] = {&cue};
+    ChamferCue edges(model_, search_, camera_, sight.edges, samples);
+    LookCue look(nearestLook(*looks, T * T_model_object, model_.centre_object), sight.means,
+                 camera_, model_.centre_object, kLookPoints);
+    Cue* const cues[] = {&edges, &look};
     T = solvePose(T, cues, limits).T_camera_model;
-    cue.linearise(T);
-    ratio = cue.ratio();
+    edges.linearise(T);
+    ratio = edges.ratio();
   }
-  return {T * SE3{Eigen::Quaterniond::Identity(), -model_.centre_object}, ratio, ratio};
+  return {T * T_model_object, ratio, scoreOf(T * T_model_object, ratio, sight.means)};
 }
 
-std::vector<EdgeTemplates::Candidate> EdgeTemplates::find(const ChamferMaps& maps,
-                                                          const Look& look) const {
+std::vector<EdgeTemplates::Candidate> EdgeTemplates::find(const Sight& sight) const {
   const SE3 T_model_object{Eigen::Quaterniond::Identity(), -model_.centre_object};
-  const auto score = [&](const SE3& T, double ratio) {
-    return ratio - options_.look_weight * look(T).value_or(0);
-  };
   std::vector<Candidate> candidates;
-  for (const Placed& placed : place(maps)) {
-    const auto T = poseOf(placed, maps);
+  for (const Placed& placed : place(sight.edges)) {
+    const auto T = poseOf(placed, sight.edges);
     if (!T) continue;
     const SE3 T_camera_object = *T * T_model_object;
-    candidates.push_back({T_camera_object, placed.ratio, score(T_camera_object, placed.ratio)});
+    candidates.push_back(
+        {T_camera_object, placed.ratio, scoreOf(T_camera_object, placed.ratio, sight.means)});
   }
   keepBest(candidates, options_.refined);
-  for (Candidate& candidate : candidates) {
-    candidate = refine(candidate.T_camera_object, maps);
-    candidate.score = score(candidate.T_camera_object, candidate.ratio);
-  }
+  for (Candidate& candidate : candidates) candidate = refine(candidate.T_camera_object, sight);
   keepBest(candidates, options_.refined);
   // Refinement leads many to the same pose.
   std::vector<Candidate> distinct;

@@ -2,13 +2,13 @@
 // moved over the image's edges.
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <vector>
 
 #include "tracker/chamfer_maps.h"
 #include "tracker/edge_model.h"
 #include "tracker/edge_search.h"
+#include "tracker/look_cue.h"
 
 namespace diorama {
 
@@ -16,20 +16,25 @@ class EdgeTemplates {
  public:
   // All references must outlive this object.
   EdgeTemplates(const EdgeModel& model, const Camera& camera, const RayQuery& rays, int object,
-                const TrackerOptions& tracker_options, const TemplateOptions& options);
+                const TrackerOptions& tracker_options, const TemplateOptions& options,
+                const std::vector<DatabaseLook>& looks);
 
   struct Candidate {
     SE3 T_camera_object;
     double ratio = 1;  // distance to the image's edges over what lines of any direction have there
     double score = 1;  // the ratio, less for a good look
   };
-  // How much the object looks like itself at a pose T_camera_object, in [-1, 1].
-  using Look = std::function<std::optional<double>(const SE3&)>;
+  // What is searched.
+  struct Sight {
+    const ChamferMaps& edges;
+    const MeanImage& means;
+  };
   // Poses with the best scores, the best first, refined; at most `verified`.
-  std::vector<Candidate> find(const ChamferMaps& maps, const Look& look) const;
+  std::vector<Candidate> find(const Sight& sight) const;
 
-  // A pose T_camera_object moved to the image's edges, from further off than the tracker can.
-  Candidate refine(const SE3& T_camera_object, const ChamferMaps& maps) const;
+  // A pose T_camera_object moved to the image's edges and colours, from further off than the
+  // tracker can.
+  Candidate refine(const SE3& T_camera_object, const Sight& sight) const;
 
  private:
   struct Point {
@@ -57,11 +62,13 @@ class EdgeTemplates {
   std::vector<Placed> place(const ChamferMaps& maps) const;
   void slide(const ChamferMaps& maps, Placed placed, Scratch& scratch,
              std::vector<Placed>& best) const;
+  double scoreOf(const SE3& T_camera_object, double ratio, const MeanImage& means) const;
   std::optional<SE3> poseOf(const Placed& placed, const ChamferMaps& maps) const;
 
   const EdgeModel& model_;
   const Camera& camera_;
   const TemplateOptions& options_;
+  std::vector<DatabaseLook> looks_, coarse_looks_;  // without points where the object is plain
   EdgeSearch search_;
   double diameter_;
   std::vector<Template> templates_;

@@ -65,7 +65,6 @@ class EdgeTracker::Implementation {
   ObjectMeasurement report(const Frame& frame, const Estimate& estimate, bool good) const;
   ObjectMeasurement notClaimed(const Frame& frame, const std::string& reason) const;
 
-  PosePrior toPrior(const ObjectPrediction& start) const;
   SE3 toModel(const SE3& T_camera_object) const;
   SE3 toObject(const SE3& T_camera_model) const;
 
@@ -155,7 +154,7 @@ Estimate EdgeTracker::Implementation::estimateFrom(const Frame& frame,
   const uint32_t index = static_cast<uint32_t>(frame.index);
   if (!starting_ && (state_ != State::kLost || reference_good_)) return follow(frame);
   // What other evidence there is for it counts; what is expected by this tracker's poses does not.
-  const auto prior = start && start->independent ? std::optional(toPrior(*start)) : std::nullopt;
+  const auto prior = start ? independentPrior(*start, model_) : std::nullopt;
   Estimate estimate =
       startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), prior, index);
   if (prior) refiner_.setKnown(prior->weightOf(estimate.T_camera_model) * prior->information);
@@ -267,8 +266,8 @@ ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
     return notClaimed(frame, problem);
   image_.build(frame.gray);
   refiner_.setImage(frame, Covers::kIgnored);
-  const auto prior = start.independent ? std::optional(toPrior(start)) : std::nullopt;
-  const Estimate estimate = refiner_.refineStart(toModel(start.T_camera_object), prior);
+  const Estimate estimate =
+      refiner_.refineStart(toModel(start.T_camera_object), independentPrior(start, model_));
   return report(frame, estimate, estimate.health.value >= options_.start_health);
 }
 
@@ -380,12 +379,6 @@ ObjectMeasurement EdgeTracker::Implementation::notClaimed(const Frame& frame,
   m.T_camera_object = toObject(T_last_);
   m.reason = reason;
   return m;
-}
-
-PosePrior EdgeTracker::Implementation::toPrior(const ObjectPrediction& start) const {
-  const Matrix6d move = adjoint(SE3{Eigen::Quaterniond::Identity(), model_.centre_object});
-  return {toModel(start.T_camera_object), move.transpose() * start.covariance.llt().solve(move),
-          start.independent};
 }
 
 SE3 EdgeTracker::Implementation::toModel(const SE3& T_camera_object) const {

@@ -1,5 +1,6 @@
 #include "tracker/pose_refiner.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -23,6 +24,14 @@ double doubtOf(const VisibleSamples& visible, const TrackHealth& health) {
 }
 
 }  // namespace
+
+std::optional<PosePrior> independentPrior(const ObjectPrediction& start, const EdgeModel& model) {
+  if (!start.independent) return std::nullopt;
+  const SE3 shift{Eigen::Quaterniond::Identity(), model.centre_object};
+  const Matrix6d move = adjoint(shift);
+  return PosePrior{start.T_camera_object * shift,
+                   move.transpose() * start.covariance.llt().solve(move), true};
+}
 
 PoseRefiner::PoseRefiner(const EdgeModel& model, const Mesh& mesh, const Camera& camera,
                          const RayQuery& rays, int object, const TrackerOptions& options)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/measurements.h"
 #include "core/ray_query.h"
 #include "tracker/edge_model.h"
 #include "tracker/edge_search.h"
@@ -38,6 +39,9 @@ struct Estimate {
 // something covers them. Of a pose that is looked for in the whole image they are evidence against
 // it: it would call covered whatever does not fit.
 enum class Covers { kIgnored, kAgainstPose, kLeftOut };
+
+// What is known of a start independently of the images, in the model frame; nothing of others.
+std::optional<PosePrior> independentPrior(const ObjectPrediction& start, const EdgeModel& model);
 
 class PoseRefiner {
  public:

@@ -5,6 +5,7 @@
 #include "core/errors.h"
 #include "tests/support/matchers.h"
 #include "tests/tracker/box_scene.h"
+#include "tracker/chamfer_maps.h"
 #include "tracker/view_sphere.h"
 
 // Read by the thread sanitizer, which does not see how OpenCV's own threads wait for one another.
@@ -217,6 +218,20 @@ TEST(CompareLooks, TellsTheRightPoseFromAWrongOneAndFromAPlainObject) {
   EXPECT_TRUE(isPlain(plain.database.looks[0]));
   EXPECT_FALSE(isPlain(printed.database.looks[0]));
   EXPECT_FALSE(look(printed, seenFrom(Vector3d(0, 0, 1), -0.5)));  // behind the camera
+}
+
+TEST(ChamferMaps, SeeEdgesOfColoursOfOneBrightness) {
+  Frame frame;
+  frame.gray = Image<uint8_t>(320, 240, 120);
+  const auto distanceAt = [&](double x) {
+    return ChamferMaps(frame, {}).sample({x, 100}, ChamferMaps::directionOf({1, 0})).distance_px;
+  };
+  EXPECT_EQ(distanceAt(160), ChamferOptions().farthest_px);
+  frame.rgb = Image<Rgb8>(320, 240, {120, 120, 120});
+  for (int y = 0; y < 240; ++y)
+    for (int x = 160; x < 320; ++x) frame.rgb(x, y) = {180, 110, 20};
+  EXPECT_LT(distanceAt(160), 1.5);
+  EXPECT_NEAR(distanceAt(170), 10, 1.5);
 }
 
 TEST(MeanImage, IsTheMeanOfWholePixelsInside) {
