@@ -110,7 +110,9 @@ std::optional<Detection> DatabaseDetector::Finder::find(const Picture& picture) 
 }
 
 ExaminedPose DatabaseDetector::Finder::polish(const ExaminedPose& found) {
-  ExaminedPose polished = verifier_.polish(found.T_camera_object);
+  const bool by_features = found.inliers > 0;
+  ExaminedPose polished =
+      verifier_.polish({found.T_camera_object, found.covariance, by_features, by_features});
   polished.inliers = found.inliers;
   polished.covariance = found.covariance;
   return polished.rank() > found.rank() ? polished : found;

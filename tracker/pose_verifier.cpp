@@ -41,9 +41,11 @@ ExaminedPose PoseVerifier::examine(const ObjectPrediction& start) {
       refiner_.refineStart(toModel(start.T_camera_object), independentPrior(start, model_)));
 }
 
-ExaminedPose PoseVerifier::polish(const SE3& T_camera_object) {
-  if (!T_camera_object.isFinite()) return {{T_camera_object}};
-  return describe(refiner_.searchNeighbours(refiner_.refine(toModel(T_camera_object))));
+ExaminedPose PoseVerifier::polish(const ObjectPrediction& start) {
+  if (!start.T_camera_object.isFinite()) return {{start.T_camera_object}};
+  const auto prior = independentPrior(start, model_);
+  const Estimate refined = refiner_.refine(toModel(start.T_camera_object), prior);
+  return describe(refiner_.searchNeighbours(refined, prior));
 }
 
 std::optional<double> PoseVerifier::look(const SE3& T_camera_object, int most_points) const {

@@ -34,7 +34,7 @@ class PoseVerifier {
   ExaminedPose examine(const ObjectPrediction& start);
   // The same from poses side by side whose edges lie some pixels apart, too: a narrow or round
   // thing looks nearly alike from several sides.
-  ExaminedPose polish(const SE3& T_camera_object);
+  ExaminedPose polish(const ObjectPrediction& start);
   // How much the object looks like itself at a pose, in [-1, 1], at so many points.
   std::optional<double> look(const SE3& T_camera_object, int most_points) const;
 
