@@ -322,14 +322,16 @@ void VisualOdometry::Implementation::start(std::span<const ObjectMeasurement> ob
   judgeStart(objects);
 }
 
-// Without scale objects say nothing about a map, and later, when they are not asked any more, it
-// may drift away from them.
+// Without scale objects say nothing about a map. One that was right for some frames is no longer
+// doubted: it may be an object that moves.
 void VisualOdometry::Implementation::judgeStart(std::span<const ObjectMeasurement> objects) {
   const bool asked = mapping_->isMetric() && mapping_->wantsObjects(now_.timestamp_ns);
-  if (asked) trial_.add(discrepancy(map(), last_.T_world_camera, objects, options_));
-  if (trial_.refuted()) {
-    initialisation_.askForMore();
-    return startAnew("objects contradict the map: does something move with the camera?");
+  if (asked && !trial_.over()) {
+    trial_.add(discrepancy(map(), last_.T_world_camera, objects, options_));
+    if (trial_.refuted()) {
+      initialisation_.askForMore();
+      return startAnew("objects contradict the map: does something move with the camera?");
+    }
   }
   if (state_ != State::kOnTrial || (asked && !trial_.over())) return;
   state_ = State::kTracking;

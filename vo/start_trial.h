@@ -24,7 +24,7 @@ class StartTrial {
   explicit StartTrial(const VoOptions& options) : options_(options) {}
 
   void begin() { frames_ = 0, recent_.clear(); }
-  // One frame, as long as the objects are asked.
+  // One frame.
   void add(std::optional<double> discrepancy);
 
   bool over() const { return frames_ >= options_.start_trial_frames; }
