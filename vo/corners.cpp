@@ -3,13 +3,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace diorama::vo {
 namespace {
 
-constexpr int kLevels = 3;  // coarser corners are located too badly
 constexpr int kWindow = 4;  // half a side of the window that is averaged over, px
-constexpr int kMargin = 7;  // px of the level: a patch with its border fits
 constexpr float kLevelPenalty =
     0.75f;  // a corner of the next level is located half as well, but often more stable
 
@@ -42,7 +41,7 @@ void multiplyGradients(const uint8_t* __restrict above, const uint8_t* __restric
 
 // Sums over the window's width: what enters a running sum of rows, in place of the oldest row.
 void moveWindow(const int* __restrict v, int width, int* __restrict oldest, int* __restrict sum) {
-  for (int x = kMargin; x < width - kMargin; ++x) {
+  for (int x = kCornerMargin; x < width - kCornerMargin; ++x) {
     const int entering = ((v[x - 4] + v[x - 3]) + (v[x - 2] + v[x - 1])) +
                          ((v[x] + v[x + 1]) + (v[x + 2] + v[x + 3]));
     sum[x] += entering - oldest[x];
@@ -63,15 +62,15 @@ void dropBelow(const float* __restrict at, const float* __restrict least, Eigen:
 void smallestEigenvalues(const TensorRow& tensors, float least_ratio, float* scores) {
   constexpr float kScale = 0.5f / (4 * kWindow * kWindow) * kUnit * kUnit;
   using Row = Eigen::ArrayXf;
-  const Eigen::Index n = static_cast<Eigen::Index>(tensors.xx.size()) - 2 * kMargin;
+  const Eigen::Index n = static_cast<Eigen::Index>(tensors.xx.size()) - 2 * kCornerMargin;
   const auto valuesOf = [&](const std::vector<int>& values) {
-    return Eigen::Map<const Eigen::ArrayXi>(values.data() + kMargin, n).cast<float>();
+    return Eigen::Map<const Eigen::ArrayXi>(values.data() + kCornerMargin, n).cast<float>();
   };
   const Row xx = valuesOf(tensors.xx), yy = valuesOf(tensors.yy), xy = valuesOf(tensors.xy);
   const Row sum = xx + yy, apart = ((xx - yy).square() + 4 * xy.square()).sqrt();
   const Row smallest = sum - apart, least = least_ratio * (sum + apart);
-  Eigen::Map<Row>(scores + kMargin, n) = kScale * smallest;
-  dropBelow(smallest.data(), least.data(), n, scores + kMargin);
+  Eigen::Map<Row>(scores + kCornerMargin, n) = kScale * smallest;
+  dropBelow(smallest.data(), least.data(), n, scores + kCornerMargin);
 }
 
 // Smallest eigenvalue of the structure tensor, averaged over 8 x 8 pixels, for every pixel.
@@ -88,7 +87,7 @@ Image<float> cornerScores(const Image<uint8_t>& image, float least_ratio) {
     for (auto part : {&TensorRow::xx, &TensorRow::yy, &TensorRow::xy})
       moveWindow((products.*part).data(), w, (oldest.*part).data(), (window.*part).data());
     const int middle = y - (kWindow - 1);
-    if (middle >= kMargin && middle < h - kMargin)
+    if (middle >= kCornerMargin && middle < h - kCornerMargin)
       smallestEigenvalues(window, least_ratio, scores.row(middle));
   }
   return scores;
@@ -104,22 +103,34 @@ bool isLocalMaximum(const Image<float>& scores, int x, int y) {
 
 }  // namespace
 
+float leastScore(double least, double noise, int level, const VoOptions& options) {
+  // A gradient has 3/16 of the noise's variance; halving the image halves sigma.
+  const double noise_score = 3.0 / 16 * noise * noise / (1 << (2 * level));
+  return static_cast<float>(least + options.corner_noise_factor * noise_score);
+}
+
+std::vector<Corner> strongest(std::vector<Corner> corners, int count) {
+  std::erase_if(corners, [](const Corner& c) { return c.score <= 0; });
+  std::stable_sort(corners.begin(), corners.end(),
+                   [](const Corner& a, const Corner& b) { return a.score > b.score; });
+  const size_t most = static_cast<size_t>(std::max(count, 0));
+  if (corners.size() > most) corners.resize(most);
+  return corners;
+}
+
 std::vector<Corner> detectCorners(const ImagePyramid& pyramid, double noise, const CellGrid& grid,
                                   const std::vector<uint8_t>& occupied, int count,
                                   const VoOptions& options, int blurred_levels) {
   std::vector<Corner> best(grid.size());
   float penalty = 1;
-  for (int l = 0; l < std::min(kLevels + blurred_levels, pyramid.levels());
+  for (int l = 0; l < std::min(kCornerLevels + blurred_levels, pyramid.levels());
        ++l, penalty *= kLevelPenalty) {
     const Image<float> scores =
         cornerScores(pyramid.level(l), static_cast<float>(options.min_corner_ratio));
-    // A gradient has 3/16 of the noise's variance; halving the image halves sigma.
-    const double noise_score = 3.0 / 16 * noise * noise / (1 << (2 * l));
-    const float threshold =
-        static_cast<float>(options.min_corner_score + options.corner_noise_factor * noise_score);
-    for (int y = kMargin; y < scores.height - kMargin; ++y) {
+    const float threshold = leastScore(options.min_corner_score, noise, l, options);
+    for (int y = kCornerMargin; y < scores.height - kCornerMargin; ++y) {
       const float* row = scores.row(y);
-      for (int x = kMargin; x < scores.width - kMargin; ++x) {
+      for (int x = kCornerMargin; x < scores.width - kCornerMargin; ++x) {
         const float score = row[x];
         if (score < threshold || score < row[x - 1] || score < row[x + 1]) continue;
         const Vector2d u_px = fromLevel(Vector2d(x, y), l);
@@ -129,12 +140,7 @@ std::vector<Corner> detectCorners(const ImagePyramid& pyramid, double noise, con
       }
     }
   }
-  std::erase_if(best, [](const Corner& c) { return c.score <= 0; });
-  std::stable_sort(best.begin(), best.end(),
-                   [](const Corner& a, const Corner& b) { return a.score > b.score; });
-  if (best.size() > static_cast<size_t>(std::max(count, 0)))
-    best.resize(static_cast<size_t>(std::max(count, 0)));
-  return best;
+  return strongest(std::move(best), count);
 }
 
 }  // namespace diorama::vo

@@ -34,6 +34,14 @@ struct Corner {
   float score = 0;  // smallest eigenvalue of the mean structure tensor (Shi and Tomasi 1994)
 };
 
+// What corners and edgelets have in common.
+constexpr int kCornerLevels = 3;  // coarser ones are located too badly
+constexpr int kCornerMargin = 7;  // px of the level: a patch with its border fits
+// The least score at a level: what the options ask for above what noise explains.
+float leastScore(double least, double noise, int level, const VoOptions& options);
+// Those with a score, the strongest first, at most `count`.
+std::vector<Corner> strongest(std::vector<Corner> corners, int count);
+
 // The strongest first, at most `count`. occupied[cell] = 1 leaves a cell out. The threshold adapts
 // to the noise of the image (see VoOptions::min_corner_score).
 std::vector<Corner> detectCorners(const ImagePyramid& pyramid, double noise, const CellGrid& grid,

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace diorama::vo {
 namespace {
 
-constexpr int kLevels = 3;  // as of corners
-constexpr int kHalf = 4;    // of the side of the window that a patch covers, px
-constexpr int kMargin = 7;  // px of the level: a patch with its border fits
+constexpr int kHalf = 4;  // of the side of the window that a patch covers, px
 constexpr float kLevelPenalty =
     0.25f;  // of the next level, in pixels: its pixels are twice as wide
 
@@ -56,8 +55,8 @@ struct Steepest {
 std::vector<Steepest> steepestOf(const Image<uint8_t>& image, int level, const CellGrid& grid,
                                  const std::vector<uint8_t>& occupied) {
   std::vector<Steepest> steepest(grid.size());
-  for (int y = kMargin; y < image.height - kMargin; ++y)
-    for (int x = kMargin; x < image.width - kMargin; ++x) {
+  for (int y = kCornerMargin; y < image.height - kCornerMargin; ++y)
+    for (int x = kCornerMargin; x < image.width - kCornerMargin; ++x) {
       const size_t cell = grid.cellOf(fromLevel(Vector2d(x, y), level));
       if (occupied[cell]) continue;
       const Gradient g = gradientAt(image, x, y);
@@ -74,11 +73,9 @@ std::vector<Corner> detectEdgelets(const ImagePyramid& pyramid, double noise, co
                                    const VoOptions& options, int blurred_levels) {
   std::vector<Corner> best(grid.size());
   float penalty = 1;
-  for (int l = 0; l < std::min(kLevels + blurred_levels, pyramid.levels());
+  for (int l = 0; l < std::min(kCornerLevels + blurred_levels, pyramid.levels());
        ++l, penalty *= kLevelPenalty) {
-    const double noise_score = 3.0 / 16 * noise * noise / (1 << (2 * l));
-    const float threshold =
-        static_cast<float>(options.min_edge_score + options.corner_noise_factor * noise_score);
+    const float threshold = leastScore(options.min_edge_score, noise, l, options);
     const std::vector<Steepest> steepest = steepestOf(pyramid.level(l), l, grid, occupied);
     for (size_t cell = 0; cell < steepest.size(); ++cell) {
       const Steepest& at = steepest[cell];
@@ -88,12 +85,7 @@ std::vector<Corner> detectEdgelets(const ImagePyramid& pyramid, double noise, co
         best[cell] = {fromLevel(Vector2d(at.x, at.y), l), l, score * penalty};
     }
   }
-  std::erase_if(best, [](const Corner& c) { return c.score <= 0; });
-  std::stable_sort(best.begin(), best.end(),
-                   [](const Corner& a, const Corner& b) { return a.score > b.score; });
-  if (best.size() > static_cast<size_t>(std::max(count, 0)))
-    best.resize(static_cast<size_t>(std::max(count, 0)));
-  return best;
+  return strongest(std::move(best), count);
 }
 
 }  // namespace diorama::vo

@@ -127,6 +127,55 @@ std::optional<Triangulated> triangulate(const SE3& T_other_host, const Vector3d&
   return Triangulated{rho, z / std::sqrt(square), (constant + rho * slope).norm() / z};
 }
 
+namespace {
+
+// The patch on a line of this length, in px of its level: in steps along it, unless it is short,
+// and from there by alignment.
+template <class ProjectAt>
+std::optional<AlignedPatch> findOnLine(const TrackedFrame& frame, const Patch& patch, bool edgelet,
+                                       const ProjectAt& projectAt, Vector2d start, double length,
+                                       const VoOptions& options) {
+  const Image<uint8_t>& image = frame.pyramid->level(patch.level);
+  const double largest_rms = largestPatchRms(frame.noise, options);
+  if (length > kShortLinePx) {
+    // Rounding to pixels costs up to half a pixel of gradient: twice the rms is let through here.
+    const double worst = kArea * 4 * largest_rms * largest_rms;
+    const auto best = bestOnLine(image, ZeroMeanDifference(patch), projectAt,
+                                 static_cast<int>(std::ceil(length / kStepPx)), worst);
+    if (!best) return std::nullopt;
+    start = *best;
+  }
+  auto found = alignFeature(image, patch, start, kAlignmentReachPx, options.match_gain, edgelet);
+  if (found && found->rms > largest_rms) found.reset();
+  return found;
+}
+
+// From where the patch was found; `along` the line, unit.
+EpipolarMatch depthOf(const Camera& camera, const Corner3d& corner, AlignedPatch found, int level,
+                      const SE3& T_frame_host, const Vector2d& along, const VoOptions& options) {
+  double slant = 1;  // of the edge's normal against the line
+  if (corner.edgelet) {
+    slant = std::abs(found.normal.dot(along));
+    if (slant < kLeastSlant) return {};
+    if (const auto met = meetLine(camera, found, level, T_frame_host, corner.bearing))
+      found.u_level = *met;
+    else
+      return {EpipolarOutcome::kNoMatch, {}};
+  }
+  const auto bearing = camera.unproject(fromLevel(found.u_level, level));
+  const auto point = bearing ? triangulate(T_frame_host, corner.bearing, *bearing) : std::nullopt;
+  const double focal = 0.5 * (camera.fx() + camera.fy());
+  if (!point || point->error * focal * levelScale(level) > kOffLinePx)
+    return {EpipolarOutcome::kNoMatch, {}};
+  // An edge along the line says nothing of the depth.
+  const Measured measured = measuredBy(found, level, options);
+  const Vector2d across = corner.edgelet ? found.normal : along;
+  const double sigma_px = std::sqrt(across.dot(measured.covariance_px2 * across)) / slant;
+  return {EpipolarOutcome::kFound, {point->inverse_depth, sigma_px / focal * point->sensitivity}};
+}
+
+}  // namespace
+
 EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
                              const TrackedFrame& frame, double low, double high,
                              const VoOptions& options) {
@@ -159,40 +208,10 @@ EpipolarMatch searchEpipolar(const Camera& camera, const Corner3d& corner,
   }
   if (!(length > 1e-6)) return {};
 
-  const Image<uint8_t>& image = frame.pyramid->level(patch->level);
-  const double largest_rms = largestPatchRms(frame.noise, options);
-  Vector2d start = *centre;
-  if (length > kShortLinePx) {
-    // Rounding to pixels costs up to half a pixel of gradient: twice the rms is let through here.
-    const double worst = kArea * 4 * largest_rms * largest_rms;
-    const auto best = bestOnLine(image, ZeroMeanDifference(*patch), projectAt,
-                                 static_cast<int>(std::ceil(length / kStepPx)), worst);
-    if (!best) return {EpipolarOutcome::kNoMatch, {}};
-    start = *best;
-  }
-  auto found =
-      alignFeature(image, *patch, start, kAlignmentReachPx, options.match_gain, corner.edgelet);
-  if (!found || found->rms > largest_rms) return {EpipolarOutcome::kNoMatch, {}};
-  const Vector2d along = (*end - *begin).normalized();
-  double slant = 1;  // of the edge's normal against the line
-  if (corner.edgelet) {
-    slant = std::abs(found->normal.dot(along));
-    if (slant < kLeastSlant) return {};
-    if (const auto met = meetLine(camera, *found, patch->level, T_frame_host, corner.bearing))
-      found->u_level = *met;
-    else
-      return {EpipolarOutcome::kNoMatch, {}};
-  }
-  const auto bearing = camera.unproject(fromLevel(found->u_level, patch->level));
-  const auto point = bearing ? triangulate(T_frame_host, corner.bearing, *bearing) : std::nullopt;
-  const double focal = 0.5 * (camera.fx() + camera.fy());
-  if (!point || point->error * focal * levelScale(patch->level) > kOffLinePx)
-    return {EpipolarOutcome::kNoMatch, {}};
-  // An edge along the line says nothing of the depth.
-  const Measured measured = measuredBy(*found, patch->level, options);
-  const Vector2d across = corner.edgelet ? found->normal : along;
-  const double sigma_px = std::sqrt(across.dot(measured.covariance_px2 * across)) / slant;
-  return {EpipolarOutcome::kFound, {point->inverse_depth, sigma_px / focal * point->sensitivity}};
+  const auto found = findOnLine(frame, *patch, corner.edgelet, projectAt, *centre, length, options);
+  if (!found) return {EpipolarOutcome::kNoMatch, {}};
+  return depthOf(camera, corner, *found, patch->level, T_frame_host, (*end - *begin).normalized(),
+                 options);
 }
 
 }  // namespace diorama::vo
