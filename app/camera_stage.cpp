@@ -36,10 +36,11 @@ SE3 CameraStage::guessedStep(const std::optional<OdometryMeasurement>& measureme
   return from_last ? measurement->T_from_to : SE3{};
 }
 
-CameraUpdate CameraStage::update(std::span<const ObjectMeasurement> objects) {
+CameraUpdate CameraStage::update(const SeenObjects& seen) {
   const Stopwatch watch;
   CameraUpdate update;
-  odometry_->update(objects);
+  odometry_->leaveOut(seen.moving);
+  odometry_->update(seen.at_rest);
   update.timestamp_ns = now_ns_;
   update.T_world_camera = T_world_camera_;
   update.started = odometry_->started();

@@ -3,7 +3,6 @@
 
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -35,13 +34,18 @@ struct CameraUpdate {
   double ms = 0;
 };
 
+// What the trackers measured in a frame.
+struct SeenObjects {
+  std::vector<ObjectMeasurement> at_rest, moving;  // in the world, as far as the map knows
+};
+
 class CameraStage {
  public:
   CameraStage(std::unique_ptr<Odometry> odometry, std::vector<std::string> objects);
 
-  // Each frame: track(), then update() with what was seen of objects in it.
+  // Each frame: track(), then update() with what was seen in it of objects.
   CameraStep track(const Frame& frame);
-  CameraUpdate update(std::span<const ObjectMeasurement> objects);
+  CameraUpdate update(const SeenObjects& seen);
 
  private:
   SE3 poseAt(int64_t timestamp_ns) const;

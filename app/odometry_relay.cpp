@@ -37,6 +37,10 @@ bool OdometryRelay::wantsObjects() const {
                      [](const Runner& runner) { return runner.odometry->wantsObjects(); });
 }
 
+void OdometryRelay::leaveOut(std::span<const ObjectMeasurement> moving) {
+  for (Runner& runner : runners_) runner.odometry->leaveOut(moving);
+}
+
 void OdometryRelay::update(std::span<const ObjectMeasurement> objects) {
   for (Runner& runner : runners_) runner.odometry->update(objects);
   if (!reached_ns_ && started()) reached_ns_ = now_ns_;

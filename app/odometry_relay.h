@@ -24,6 +24,7 @@ class OdometryRelay : public Odometry {
   // measures across its own loss is not used when another one has gone on meanwhile.
   std::optional<OdometryMeasurement> track(const Frame& frame) override;
   bool wantsObjects() const override;
+  void leaveOut(std::span<const ObjectMeasurement> moving) override;
   void update(std::span<const ObjectMeasurement> objects) override;
   bool started() const override;
   std::optional<SE3> locate(const std::string& object) const override;

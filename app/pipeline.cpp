@@ -41,10 +41,11 @@ std::vector<FrameResult> Pipeline::process(const Frame& frame) {
   map_.update();
   for (Sighting& sighting : measure(others, frame)) take(std::move(sighting));
 
-  std::vector<ObjectMeasurement> measurements;
+  SeenObjects seen;
   for (size_t i = 0; i < measured.size(); ++i)
-    if (measured[i] && !map_.standing(i).moving) measurements.push_back(std::move(*measured[i]));
-  if (camera_) send(camera_->update(measurements), latency_s_.odometry);
+    if (measured[i])
+      (map_.standing(i).moving ? seen.moving : seen.at_rest).push_back(std::move(*measured[i]));
+  if (camera_) send(camera_->update(seen), latency_s_.odometry);
   arrive(now_ns_);
   map_.update();
   return map_.finished();
@@ -67,13 +68,14 @@ void Pipeline::arrive(int64_t now_ns) {
 }
 
 // Beside the odometry: trackers that hold their objects ask nobody. One future per object, without
-// a state for the others.
+// a state for the others. A single tracker has nothing to work beside.
 std::vector<std::future<Sighting>> Pipeline::beginHeld(const Frame& frame) {
+  const auto how = camera_ || objects_.size() > 1 ? std::launch::async : std::launch::deferred;
   std::vector<std::future<Sighting>> sightings(objects_.size());
   for (size_t i = 0; i < objects_.size(); ++i) {
     const Guidance standing = map_.standing(i);
     if (!objects_[i].isHeld(standing)) continue;
-    sightings[i] = std::async(std::launch::async, [this, i, &frame, standing] {
+    sightings[i] = std::async(how, [this, i, &frame, standing] {
       return objects_[i].track(frame, standing, std::nullopt);
     });
   }

@@ -137,7 +137,7 @@ void RealtimePipeline::runOdometry() {
       std::unique_lock lock(mutex_);
       send(lock, std::move(step));
     }
-    CameraUpdate update = camera_->update(measurementsOf(*frame));
+    CameraUpdate update = camera_->update(seenIn(*frame));
     std::unique_lock lock(mutex_);
     send(lock, std::move(update));
   }
@@ -147,19 +147,19 @@ void RealtimePipeline::runOdometry() {
 }
 
 // The odometry waits for what the trackers see in its frame, until the next frame waits for it.
-std::vector<ObjectMeasurement> RealtimePipeline::measurementsOf(const Frame& frame) {
+SeenObjects RealtimePipeline::seenIn(const Frame& frame) {
   const auto passed = [&](const Tracker& t) { return t.passed_ns >= frame.timestamp_ns; };
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] {
     return stopped_ || (!camera_queue_.starting && !camera_queue_.waiting.empty()) ||
            std::all_of(trackers_.begin(), trackers_.end(), passed);
   });
-  std::vector<ObjectMeasurement> measurements;
+  SeenObjects seen;
   for (const Tracker& tracker : trackers_)
     for (const ObjectMeasurement& m : tracker.measurements)
-      if (m.timestamp_ns == frame.timestamp_ns && !tracker.guidance.moving)
-        measurements.push_back(m);
-  return measurements;
+      if (m.timestamp_ns == frame.timestamp_ns)
+        (tracker.guidance.moving ? seen.moving : seen.at_rest).push_back(m);
+  return seen;
 }
 
 void RealtimePipeline::runTracker(size_t object) {

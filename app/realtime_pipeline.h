@@ -94,7 +94,7 @@ class RealtimePipeline {
 
   FramePointer next(Queue& queue, std::optional<size_t> object);
   void send(std::unique_lock<std::mutex>& lock, Message message);
-  std::vector<ObjectMeasurement> measurementsOf(const Frame& frame);
+  SeenObjects seenIn(const Frame& frame);
   Sighting measure(Tracker& tracker, const FramePointer& frame);
   FramePointer nextSearch();
   static Sighting catchUp(ObjectStage& stage, std::span<const FramePointer> frames,

@@ -17,7 +17,7 @@ struct OdometryEvent {
   std::string reason;
 };
 
-// A frame is track(), then update() with what was seen of objects in it.
+// A frame is track(), then leaveOut() and update() with what was seen of objects in it.
 class Odometry {
  public:
   virtual ~Odometry() = default;
@@ -29,6 +29,10 @@ class Odometry {
 
   // Whether known objects in the frame just tracked are needed: it does not know its scale yet.
   virtual bool wantsObjects() const { return false; }
+
+  // Objects that are known to move in the world, where they are in the frame just tracked: what is
+  // seen of them says nothing of the camera. None of them is told to update().
+  virtual void leaveOut(std::span<const ObjectMeasurement> /*moving*/) {}
 
   // Learns from the frame just tracked (mapping). Objects are optional.
   virtual void update(std::span<const ObjectMeasurement> /*objects*/) {}

@@ -120,7 +120,7 @@ void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRang
   const auto add = [&](const std::vector<Corner>& corners, bool edgelets) {
     for (const Corner& corner : corners) {
       occupied[grid.cellOf(corner.u_px)] = 1;
-      if (!host.hidden.contains(corner.u_px))
+      if (!host.hidden.contains(corner.u_px) && !host.moving.contains(corner.u_px, corner.level))
         addSeed(camera, host, corner, edgelets, guess.at(corner.u_px), largest, map);
     }
   };
@@ -166,6 +166,8 @@ bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, boo
   const Vector3d ray = T_frame_host.rotation * seed.corner.bearing;
   const double cosine = p_frame.normalized().dot(ray.normalized());
   if (!(cosine < std::cos(kSmallestParallax))) return true;
+  const auto u_px = camera.project(p_frame);
+  if (u_px && frame.moving.contains(*u_px, seed.corner.level)) return true;
   const double reach = kSearchSigmas * std::sqrt(seed.variance);
   const EpipolarMatch match =
       searchEpipolar(camera, seed.corner, frame, std::max(1 / kFarthestM, seed.mean - reach),

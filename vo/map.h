@@ -11,6 +11,7 @@
 #include "core/se3.h"
 #include "vo/hidden_regions.h"
 #include "vo/image_pyramid.h"
+#include "vo/moving_objects.h"
 
 namespace diorama::vo {
 
@@ -73,6 +74,7 @@ struct TrackedFrame {
   std::vector<Feature> features;
   bool covered = false;  // much of the map that should be seen is not
   HiddenRegions hidden;  // nothing new is looked for there
+  MovingObjects moving;  // nor there
 };
 
 // What was measured of an object in a keyframe.

@@ -51,6 +51,15 @@ void Mapping::leaveOutUnsettled(TrackedFrame& frame) const {
   });
 }
 
+void Mapping::leaveOutMoving(TrackedFrame& frame) {
+  for (const Feature& f : frame.features)
+    if (frame.moving.contains(f.u_px, f.level)) f.point->bad = true;
+  const SE3 T_camera_world = frame.T_world_camera.inverse();
+  for (const auto& point : map_.points)
+    if (frame.moving.carry(T_camera_world * point->p_world)) point->bad = true;
+  std::erase_if(frame.features, [](const Feature& f) { return f.point->bad; });
+}
+
 // A fast turn makes a keyframe of every frame: a window of a few would forget where it came from.
 int Mapping::recentKeyframes() const {
   const int64_t since =

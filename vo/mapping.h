@@ -28,6 +28,9 @@ class Mapping {
   // Goes on from a map that initialisation has filled.
   void begin(bool metric);
 
+  // Takes what is seen of objects that move from the frame, and their points from the map.
+  void leaveOutMoving(TrackedFrame& frame);
+
   // The frame is the newest one with a good pose, and of this health. Its pose is changed with the
   // map, and features of points that are no more are taken from it.
   MapUpdate update(TrackedFrame& frame, double acceleration,

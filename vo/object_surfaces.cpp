@@ -1,6 +1,7 @@
 #include "vo/object_surfaces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "vo/object_scale.h"
@@ -11,6 +12,12 @@ namespace {
 
 constexpr double kLeastCosine = 0.2;  // between ray and normal: nearer to edge-on depth is vague
 constexpr double kStep = 0.1;  // of the depth, within a patch: there is an outline in between
+
+std::array<Vector2d, 4> cornersOfPatch(const Vector2d& u_px, int level) {
+  const double reach = 0.5 * Patch::kBordered / levelScale(level);
+  return {u_px + Vector2d(-reach, -reach), u_px + Vector2d(reach, -reach),
+          u_px + Vector2d(-reach, reach), u_px + Vector2d(reach, reach)};
+}
 
 }  // namespace
 
@@ -34,20 +41,33 @@ std::optional<ObjectSurfaces::Hit> ObjectSurfaces::meet(
   return nearest;
 }
 
+bool ObjectSurfaces::touch(const Camera& camera, const Vector2d& u_px, int level,
+                           std::span<const ObjectMeasurement> objects) const {
+  const auto corners = cornersOfPatch(u_px, level);
+  return meet(camera, u_px, objects) ||
+         std::any_of(corners.begin(), corners.end(), [&](const Vector2d& corner) {
+           return meet(camera, corner, objects).has_value();
+         });
+}
+
+std::optional<double> ObjectSurfaces::distanceTo(const Camera& camera, const Vector2d& u_px,
+                                                 std::span<const ObjectMeasurement> objects) const {
+  const auto hit = meet(camera, u_px, objects);
+  return hit ? std::optional(hit->depth_m) : std::nullopt;
+}
+
 std::optional<InverseDepth> ObjectSurfaces::depthAt(const Camera& camera, const Vector2d& u_px,
                                                     int level,
                                                     std::span<const ObjectMeasurement> objects,
                                                     const VoOptions& options) const {
   const auto hit = meet(camera, u_px, objects);
   if (!hit) return std::nullopt;
-  const double reach = 0.5 * Patch::kBordered / levelScale(level);
-  for (const double x : {-reach, reach})
-    for (const double y : {-reach, reach}) {
-      const auto beside = meet(camera, u_px + Vector2d(x, y), objects);
-      if (!beside || beside->object != hit->object ||
-          std::abs(beside->depth_m - hit->depth_m) > kStep * hit->depth_m)
-        return std::nullopt;
-    }
+  for (const Vector2d& corner : cornersOfPatch(u_px, level)) {
+    const auto beside = meet(camera, corner, objects);
+    if (!beside || beside->object != hit->object ||
+        std::abs(beside->depth_m - hit->depth_m) > kStep * hit->depth_m)
+      return std::nullopt;
+  }
   // The object's pose errs by xi: its surface moves by n . R (rho + phi x p) along its normal, and
   // the depth by that over n . b.
   const Matrix3d R = hit->object->T_camera_object.rotationMatrix();

@@ -29,6 +29,14 @@ class ObjectSurfaces {
                                       std::span<const ObjectMeasurement> objects,
                                       const VoOptions& options) const;
 
+  // Whether some of the patch lies on one of the objects.
+  bool touch(const Camera& camera, const Vector2d& u_px, int level,
+             std::span<const ObjectMeasurement> objects) const;
+
+  // z in the camera of the nearest surface that is seen there.
+  std::optional<double> distanceTo(const Camera& camera, const Vector2d& u_px,
+                                   std::span<const ObjectMeasurement> objects) const;
+
  private:
   struct Hit {
     const ObjectMeasurement* object;

@@ -71,6 +71,7 @@ class VisualOdometry::Implementation {
   }
 
   std::optional<OdometryMeasurement> track(const Frame& frame);
+  void leaveOut(std::span<const ObjectMeasurement> moving);
   void update(std::span<const ObjectMeasurement> objects);
   bool wantsObjects() const;
 
@@ -257,6 +258,12 @@ bool VisualOdometry::Implementation::wantsObjects() const {
   return state_ == State::kStarting || mapping_->wantsObjects(now_.timestamp_ns);
 }
 
+void VisualOdometry::Implementation::leaveOut(std::span<const ObjectMeasurement> moving) {
+  if (moving.empty() || last_.timestamp_ns != now_.timestamp_ns) return;
+  last_.moving = MovingObjects(camera_, surfaces_, moving);
+  mapping_->leaveOutMoving(last_);
+}
+
 void VisualOdometry::Implementation::update(std::span<const ObjectMeasurement> objects) {
   if (!now_.pyramid) return;
   if (state_ == State::kStarting) return start(objects);
@@ -367,6 +374,9 @@ VisualOdometry::~VisualOdometry() = default;
 
 std::optional<OdometryMeasurement> VisualOdometry::track(const Frame& frame) {
   return implementation_->track(frame);
+}
+void VisualOdometry::leaveOut(std::span<const ObjectMeasurement> moving) {
+  implementation_->leaveOut(moving);
 }
 void VisualOdometry::update(std::span<const ObjectMeasurement> objects) {
   implementation_->update(objects);

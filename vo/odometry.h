@@ -32,6 +32,7 @@ class VisualOdometry : public Odometry {
   // that does not fit the camera counts as one in which nothing was seen. Same input, same result.
   std::optional<OdometryMeasurement> track(const Frame& frame) override;
   bool wantsObjects() const override;
+  void leaveOut(std::span<const ObjectMeasurement> moving) override;
   void update(std::span<const ObjectMeasurement> objects) override;
   bool started() const override;
   std::optional<SE3> locate(const std::string& object) const override;

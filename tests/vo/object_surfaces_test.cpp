@@ -94,5 +94,17 @@ TEST(ObjectSurfaces, LeavesOutWhatIsNotKnownOrNotSeen) {
   EXPECT_FALSE(ObjectSurfaces().depthAt(kCamera, {320, 240}, 0, {}, {}));
 }
 
+TEST(ObjectSurfaces, APatchTouchesWhatAnyOfItLiesOn) {
+  const ObjectSurfaces surfaces(std::make_shared<Plates>(), {"plate", "wall"});
+  const std::vector<ObjectMeasurement> plate{at("plate", ahead(0.5))};
+  EXPECT_TRUE(surfaces.touch(kCamera, {320, 240}, 0, plate));
+  // The plate ends at 420 px.
+  EXPECT_TRUE(surfaces.touch(kCamera, {422, 240}, 0, plate));
+  EXPECT_FALSE(surfaces.touch(kCamera, {430, 240}, 0, plate));
+  EXPECT_TRUE(surfaces.touch(kCamera, {430, 240}, 2, plate));
+  EXPECT_NEAR(surfaces.distanceTo(kCamera, {320, 240}, plate).value_or(0), 0.5, 1e-9);
+  EXPECT_FALSE(surfaces.distanceTo(kCamera, {430, 240}, plate));
+}
+
 }  // namespace
 }  // namespace diorama::vo

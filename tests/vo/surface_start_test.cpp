@@ -14,24 +14,7 @@ namespace {
 
 using test::TexturedRoom;
 
-// The room's pillar, as the shape of an object that has its frame.
-class Pillar : public RayQuery {
- public:
-  void occluded(int, const Vector3d&, std::span<const Vector3d>,
-                std::span<uint8_t>) const override {}
-  std::optional<RayHit> closestHit(int, const Vector3d& origin,
-                                   const Vector3d& direction) const override {
-    const SE3 T_world_object = TexturedRoom::poseOfObject();
-    const Vector3d from = T_world_object * origin, along = T_world_object.rotation * direction;
-    const double t = TexturedRoom::distanceToPillar(from, along);
-    if (!std::isfinite(t)) return std::nullopt;
-    const bool front = std::abs((from + t * along).z() - 0.55) < 1e-9;
-    const Vector3d normal = front ? Vector3d(0, 0, -1) : Vector3d(1, 0, 0);
-    return RayHit{origin + t * direction, T_world_object.rotation.conjugate() * normal};
-  }
-};
-
-KnownShapes shapes() { return {std::make_shared<Pillar>(), {"thing"}}; }
+KnownShapes shapes() { return {std::make_shared<test::RoomPillar>(), {"thing"}}; }
 
 // It turns for two seconds, and goes sideways in the third.
 SE3 pathAt(int frame) {

@@ -13,6 +13,7 @@
 #include "core/frame.h"
 #include "core/measurements.h"
 #include "core/random.h"
+#include "core/ray_query.h"
 #include "core/se3.h"
 
 namespace diorama::test {
@@ -24,14 +25,15 @@ struct TexturedRoom {
   double brightness = 120;
   double noise = 1;  // grey levels
   bool pillar = true;
+  Vector3d pillar_moved = Vector3d::Zero();
 
   // The walls are at +-1 in x, +-0.8 in y and at 1.2 in z; the pillar stands in between.
   double greyAlong(const Vector3d& origin, const Vector3d& direction) const {
     const double wall = distanceToWalls(origin, direction);
-    const double near = distanceToPillar(origin, direction);
+    const double near = distanceToPillar(origin - pillar_moved, direction);
     const bool on_pillar = pillar && near < wall;
     const Vector3d p = origin + (on_pillar ? near : wall) * direction;
-    return brightness + contrast * print(on_pillar ? p + Vector3d(5, 5, 5) : p);
+    return brightness + contrast * print(on_pillar ? p - pillar_moved + Vector3d(5, 5, 5) : p);
   }
 
   Frame draw(const SE3& T_world_camera, int index, double gain = 1, double offset = 0) const {
@@ -138,6 +140,23 @@ struct TexturedRoom {
     return rays_;
   }
   mutable std::vector<Vector3d> rays_;
+};
+
+// The room's pillar where it stands at first, as the shape of an object that has its frame.
+class RoomPillar : public RayQuery {
+ public:
+  void occluded(int, const Vector3d&, std::span<const Vector3d>,
+                std::span<uint8_t>) const override {}
+  std::optional<RayHit> closestHit(int, const Vector3d& origin,
+                                   const Vector3d& direction) const override {
+    const SE3 T_world_object = TexturedRoom::poseOfObject();
+    const Vector3d from = T_world_object * origin, along = T_world_object.rotation * direction;
+    const double t = TexturedRoom::distanceToPillar(from, along);
+    if (!std::isfinite(t)) return std::nullopt;
+    const bool front = std::abs((from + t * along).z() - 0.55) < 1e-9;
+    const Vector3d normal = front ? Vector3d(0, 0, -1) : Vector3d(1, 0, 0);
+    return RayHit{origin + t * direction, T_world_object.rotation.conjugate() * normal};
+  }
 };
 
 }  // namespace diorama::test
