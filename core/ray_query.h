@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "core/types.h"
 
@@ -28,6 +29,15 @@ class RayQuery {
   // The first surface along origin + t * direction, t > 0.
   virtual std::optional<RayHit> closestHit(int object, const Vector3d& origin,
                                            const Vector3d& direction) const = 0;
+
+  // The same for many directions from one origin; quicker where these run nearly alike.
+  virtual std::vector<std::optional<RayHit>> closestHits(
+      int object, const Vector3d& origin, std::span<const Vector3d> directions) const {
+    std::vector<std::optional<RayHit>> hits;
+    for (const Vector3d& direction : directions)
+      hits.push_back(closestHit(object, origin, direction));
+    return hits;
+  }
 };
 
 }  // namespace diorama

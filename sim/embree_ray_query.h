@@ -20,6 +20,8 @@ class EmbreeRayQuery : public RayQuery {
                 std::span<uint8_t> occluded) const override;
   std::optional<RayHit> closestHit(int object, const Vector3d& origin,
                                    const Vector3d& direction) const override;
+  std::vector<std::optional<RayHit>> closestHits(
+      int object, const Vector3d& origin, std::span<const Vector3d> directions) const override;
 
  private:
   struct Object;

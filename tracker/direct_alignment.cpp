@@ -33,7 +33,8 @@ void DirectAlignment::setReference(const ImagePyramid& image, const SE3& T, cons
   points_.clear();
   const Image<uint8_t>& fine = image.level(kFineLevel);
   if (options_.direct_points == 0 || fine.width < 6 || fine.height < 6) return;
-  if (rays_in_camera_.empty()) makeRays(fine.width, fine.height);
+  if (rays_in_camera_.empty())
+    rays_in_camera_ = Image<Vector3d>(fine.width, fine.height, Vector3d::Zero());
   const ProjectedBox box = projectedBox(model_, camera_, T);
   const auto clamped = [](double u, int size) {
     return static_cast<int>(std::clamp(toLevel(u, kFineLevel), 2.0, size - 3.0));
@@ -50,36 +51,39 @@ void DirectAlignment::setReference(const ImagePyramid& image, const SE3& T, cons
         strong.emplace_back(x, y);
     }
   }
+  const Matrix3d R = T.rotationMatrix(), R_model_camera = R.transpose();
+  std::vector<Vector2d> pixels;
+  std::vector<Vector3d> directions;
   const double step = std::max(1.0, static_cast<double>(strong.size()) / options_.direct_points);
   for (double k = 0; k < static_cast<double>(strong.size()); k += step) {
     const auto [x, y] = strong[static_cast<size_t>(k)];
-    addPoint(image, T, x, y);
+    const Vector3d& ray = rayThrough(x, y);
+    if (ray.z() < 0) continue;
+    pixels.push_back(fromLevel(Vector2d(x, y), kFineLevel));
+    directions.push_back(R_model_camera * ray);
   }
-}
-
-// Undistortion iterates: it is done once for each pixel of the fine level.
-void DirectAlignment::makeRays(int width, int height) {
-  rays_in_camera_ = Image<Vector3d>(width, height, Vector3d::Zero());
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      if (const auto ray = camera_.unproject(fromLevel(Vector2d(x, y), kFineLevel)))
-        rays_in_camera_(x, y) = *ray;
-}
-
-void DirectAlignment::addPoint(const ImagePyramid& image, const SE3& T, int fine_x, int fine_y) {
-  const Vector3d& ray = rays_in_camera_(fine_x, fine_y);
-  if (ray.z() == 0) return;
-  const Matrix3d R = T.rotationMatrix();
   const Vector3d eye = T.inverse().translation + model_.centre_object;
-  const auto hit = rays_.closestHit(object_, eye, R.transpose() * ray);
-  if (!hit) return;
+  const auto hits = rays_.closestHits(object_, eye, directions);
+  for (size_t i = 0; i < hits.size(); ++i)
+    if (hits[i]) addPoint(image, T, R, pixels[i], hits[i]->p_object - model_.centre_object);
+}
+
+// Undistortion iterates: it is done once for each pixel of the fine level that is ever asked for.
+const Vector3d& DirectAlignment::rayThrough(int x, int y) {
+  Vector3d& ray = rays_in_camera_(x, y);
+  if (ray.z() == 0)
+    ray = camera_.unproject(fromLevel(Vector2d(x, y), kFineLevel)).value_or(-Vector3d::UnitZ());
+  return ray;
+}
+
+void DirectAlignment::addPoint(const ImagePyramid& image, const SE3& T, const Matrix3d& R,
+                               const Vector2d& u, const Vector3d& p) {
   Point point;
-  point.p = hit->p_object - model_.centre_object;
+  point.p = p;
   point.grey.fill(-1);
-  const auto projection = camera_.projectWithJacobian(R * point.p + T.translation);
+  const auto projection = camera_.projectWithJacobian(R * p + T.translation);
   if (!projection) return;
-  const Vector2d u = fromLevel(Vector2d(fine_x, fine_y), kFineLevel);
-  const Matrix26d J = pointJacobian(projection->J, R, point.p);
+  const Matrix26d J = pointJacobian(projection->J, R, p);
   for (int l = kFineLevel; l <= kCoarseLevel; ++l) {
     const Image<uint8_t>& level = image.level(l);
     const double x = toLevel(u.x(), l), y = toLevel(u.y(), l);

@@ -59,8 +59,9 @@ class DirectAlignment {
     float value;  // grey levels, new image minus reference
   };
 
-  void makeRays(int width, int height);
-  void addPoint(const ImagePyramid& image, const SE3& T, int fine_x, int fine_y);
+  const Vector3d& rayThrough(int x, int y);
+  void addPoint(const ImagePyramid& image, const SE3& T, const Matrix3d& R, const Vector2d& u_px,
+                const Vector3d& p);
   void differences(const Image<uint8_t>& image, const SE3& T, int level,
                    std::vector<Difference>& out) const;
   Result alignLevel(const Image<uint8_t>& image, const SE3& start, int level) const;
@@ -70,7 +71,8 @@ class DirectAlignment {
   const RayQuery& rays_;
   int object_;
   const TrackerOptions& options_;
-  Image<Vector3d> rays_in_camera_;  // z = 1; of the pixels of the fine level; 0 = none
+  // z = 1; of the pixels of the fine level; 0 = not asked for yet, -1 = none
+  Image<Vector3d> rays_in_camera_;
   std::vector<Point> points_;
 };
 

@@ -8,7 +8,7 @@
 namespace diorama {
 namespace {
 
-constexpr int kMaxCandidatesFound = 2 * EdgeProfile::kMaxRange + 1;
+constexpr int kMaxCandidatesFound = EdgeProfile::kMaxRange + 1;  // of two neighbours one at most
 constexpr double kImageMargin = 6;  // px; samples nearer to the outline are not looked for
 constexpr int kCell = 4;            // px
 // Colours are noisier than grey values, and often of half the resolution: they must tell more.
@@ -20,10 +20,12 @@ constexpr int kSmearedRange = 6;    // steps
 
 constexpr size_t kSides = 16;
 
-// The sector of a direction in the image.
+// The sector of a direction in the image: four of each quadrant.
 size_t sideOf(const Vector2d& direction) {
-  const double turn = std::atan2(direction.y(), direction.x()) / (2 * std::numbers::pi) + 0.5;
-  return static_cast<size_t>(turn * kSides) % kSides;
+  constexpr double kTan22 = std::numbers::sqrt2 - 1;  // of 22.5 degrees
+  const double x = std::abs(direction.x()), y = std::abs(direction.y());
+  const size_t quadrant = 2 * (direction.x() < 0) + (direction.y() < 0);
+  return 4 * quadrant + (y > kTan22 * x) + (y > x) + (kTan22 * y > x);
 }
 
 // Half the height of the strongest edge; 0 for none.

@@ -85,7 +85,8 @@ void TextureCue::addPatch(const Image<uint8_t>& image, const SE3& T, const Vecto
 }
 
 bool TextureCue::fillValues(const Image<uint8_t>& image, int x, int y, Patch& patch) const {
-  size_t k = 0;
+  int k = 0;
+  for (Values* values : {&patch.grey, &patch.gradient_x, &patch.gradient_y}) values->setZero();
   float mean = 0, mean_x = 0, mean_y = 0;
   for (int j = -kRadius; j <= kRadius; ++j)
     for (int i = -kRadius; i <= kRadius; ++i, ++k) {
@@ -99,7 +100,7 @@ bool TextureCue::fillValues(const Image<uint8_t>& image, int x, int y, Patch& pa
       mean_y += patch.gradient_y[k];
     }
   float norm2 = 0, xx = 0, xy = 0, yy = 0;
-  for (k = 0; k < kPixels; ++k) {
+  for (k = 0; k < static_cast<int>(kPixels); ++k) {
     patch.grey[k] -= mean / kPixels;
     float& gx = patch.gradient_x[k];
     float& gy = patch.gradient_y[k];
@@ -135,6 +136,49 @@ void TextureCue::align(const Image<uint8_t>& image, const SE3& T, const CoverMap
   for (Patch& patch : patches_) alignPatch(image, T, cover, patch);
 }
 
+// Grey values around u, where a and b are the steps to the next one. Pixels are read one after the
+// other, so that the rest calculates with many at once.
+void TextureCue::readPatch(const Image<uint8_t>& image, const Vector2d& u, const Vector2d& a,
+                           const Vector2d& b, Values& out) {
+  static const std::array<Values, 2> places = [] {
+    std::array<Values, 2> xy;
+    for (size_t k = 0; k < kWhole; ++k) {
+      constexpr int kSide = 2 * kRadius + 1;
+      const int i = static_cast<int>(std::min(k, kPixels - 1)), at = static_cast<int>(k);
+      xy[0][at] = static_cast<float>(i % kSide - kRadius);
+      xy[1][at] = static_cast<float>(i / kSide - kRadius);
+    }
+    return xy;
+  }();
+  const Eigen::Vector2f start = u.cast<float>(), x_step = a.cast<float>(), y_step = b.cast<float>();
+  float dx[kWhole], dy[kWhole];
+  int pixel[kWhole];
+  for (size_t k = 0; k < kWhole; ++k) {
+    const float i = places[0].data()[k], j = places[1].data()[k];
+    const float x = start.x() + i * x_step.x() + j * y_step.x();
+    const float y = start.y() + i * x_step.y() + j * y_step.y();
+    const int xi = static_cast<int>(x), yi = static_cast<int>(y);
+    pixel[k] = yi * image.width + xi;
+    dx[k] = x - static_cast<float>(xi);
+    dy[k] = y - static_cast<float>(yi);
+  }
+  int corners[4][kWhole];
+  const uint8_t *const row = image.row(0), *const below = image.row(1);
+  for (size_t k = 0; k < kWhole; ++k) {
+    corners[0][k] = row[pixel[k]];
+    corners[1][k] = row[pixel[k] + 1];
+    corners[2][k] = below[pixel[k]];
+    corners[3][k] = below[pixel[k] + 1];
+  }
+  for (size_t k = 0; k < kWhole; ++k) {
+    const auto grey = [&](int corner) { return static_cast<float>(corners[corner][k]); };
+    const float top = grey(0) + dx[k] * (grey(1) - grey(0));
+    const float bottom = grey(2) + dx[k] * (grey(3) - grey(2));
+    out.data()[k] = top + dy[k] * (bottom - top);
+  }
+  out.tail<kWhole - kPixels>().setZero();
+}
+
 // Inverse compositional search of a translation; the pose gives the affine part of the warp, mean
 // and contrast are normalised.
 void TextureCue::alignPatch(const Image<uint8_t>& image, const SE3& T, const CoverMap& cover,
@@ -159,35 +203,15 @@ void TextureCue::alignPatch(const Image<uint8_t>& image, const SE3& T, const Cov
   Values now;
   for (int iteration = 0; iteration < kAlignIterations; ++iteration) {
     if (!inside(u) || (u - expected).norm() > kFarthest) return;
-    float mean = 0;
-    size_t k = 0;
-    for (int j = -kRadius; j <= kRadius; ++j) {
-      const Eigen::Vector2f start = (u + j * b - kRadius * a).cast<float>();
-      const Eigen::Vector2f step = a.cast<float>();
-      for (int i = 0; i <= 2 * kRadius; ++i, ++k) {
-        const Eigen::Vector2f at = start + static_cast<float>(i) * step;
-        now[k] = sampleBilinear(image, at.x(), at.y());
-        mean += now[k];
-      }
-    }
-    mean /= kPixels;
-    float norm2 = 0, product = 0;
-    for (k = 0; k < kPixels; ++k) {
-      now[k] -= mean;
-      norm2 += now[k] * now[k];
-      product += now[k] * patch.grey[k];
-    }
-    const float norm = std::sqrt(norm2) + 1e-6f;
-    correlation = static_cast<double>(product / (norm * patch.norm));
+    readPatch(image, u, a, b, now);
+    now.head<kPixels>() -= now.sum() / kPixels;
+    const float norm = std::sqrt(now.square().sum()) + 1e-6f;
+    correlation = static_cast<double>((now * patch.grey).sum() / (norm * patch.norm));
     const float gain = std::clamp(patch.norm / norm, 0.5f, 2.0f);
-    float gx = 0, gy = 0;
-    for (k = 0; k < kPixels; ++k) {
-      const float e = gain * now[k] - patch.grey[k];
-      gx += patch.gradient_x[k] * e;
-      gy += patch.gradient_y[k] * e;
-    }
+    const Values error = gain * now - patch.grey;
     const Vector2d step =
-        patch.inverse_hessian * Vector2d(static_cast<double>(gx), static_cast<double>(gy));
+        patch.inverse_hessian * Vector2d(static_cast<double>((patch.gradient_x * error).sum()),
+                                         static_cast<double>((patch.gradient_y * error).sum()));
     u -= a * step.x() + b * step.y();
     if (step.norm() < 0.02) break;
   }

@@ -52,7 +52,8 @@ class TextureCue : public Cue {
  private:
   static constexpr int kRadius = 4;  // px
   static constexpr size_t kPixels = (2 * kRadius + 1) * (2 * kRadius + 1);
-  using Values = std::array<float, kPixels>;
+  static constexpr size_t kWhole = (kPixels + 7) / 8 * 8;  // whole vectors; zeros behind the end
+  using Values = Eigen::Array<float, kWhole, 1>;
 
   struct Patch {
     Vector3d p, along_x, along_y;  // m, model frame: centre, and one pixel to the right and down
@@ -68,6 +69,8 @@ class TextureCue : public Cue {
   static bool touchesCover(const CoverMap& cover, const Vector2d& u_px);
   void addPatch(const Image<uint8_t>& image, const SE3& T, const Vector2d& u_px);
   bool fillValues(const Image<uint8_t>& image, int x, int y, Patch& patch) const;
+  static void readPatch(const Image<uint8_t>& image, const Vector2d& u_px, const Vector2d& a,
+                        const Vector2d& b, Values& out);
   void alignPatch(const Image<uint8_t>& image, const SE3& T, const CoverMap& cover,
                   Patch& patch) const;
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 namespace diorama {
@@ -31,6 +32,25 @@ TEST(EmbreeRayQuery, ClosestHitIsExact) {
   EXPECT_LT((hit->normal - Vector3d(0, 0, 1)).norm(), 1e-12);
   EXPECT_FALSE(query.closestHit(0, Vector3d(0, 0, 3), Vector3d(0, 0, 1)));
   EXPECT_FALSE(query.closestHit(0, Vector3d(5, 0, 3), Vector3d(0, 0, -1)));
+}
+
+TEST(EmbreeRayQuery, ManyDirectionsHitWhatEachOfThemHits) {
+  const std::vector<Mesh> meshes = {squares()};
+  const EmbreeRayQuery query(meshes);
+  const Vector3d origin(0, 0, 3);
+  std::vector<Vector3d> directions;
+  for (int i = 0; i < 21; ++i)  // not a multiple of the packet's width; the outer ones miss
+    directions.emplace_back(0.07 * i - 0.7, 0.1, i % 3 ? -1.0 : -2.0);
+  const auto hits = query.closestHits(0, origin, directions);
+  ASSERT_EQ(hits.size(), directions.size());
+  for (size_t i = 0; i < hits.size(); ++i) {
+    const Vector3d& d = directions[i];
+    const Vector3d expected = origin + d * (2 / -d.z());
+    ASSERT_EQ(hits[i].has_value(), std::abs(expected.x()) < 1) << i;
+    if (hits[i]) {
+      EXPECT_LT((hits[i]->p_object - expected).norm(), 1e-9) << i;
+    }
+  }
 }
 
 TEST(EmbreeRayQuery, SurfaceOfThePointItselfDoesNotCount) {
