@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 namespace diorama {
 namespace {
@@ -41,6 +42,8 @@ Vector3f toVector(const Rgb8& c) {
   return {static_cast<float>(c.r), static_cast<float>(c.g), static_cast<float>(c.b)};
 }
 
+double plainSquares(int points) { return kPlain * kPlain * points; }
+
 // Sums over points, from which the parts of two pictures come out that their normals do not
 // explain.
 class Comparison {
@@ -73,6 +76,15 @@ class Comparison {
             known_seen_ - known.cwiseProduct(by_seen).sum()};
   }
 
+  // The correlation of what is left; nothing when there are too few points, or no print.
+  std::optional<double> agreement() const {
+    if (points_ < kFewest) return std::nullopt;
+    const Left squares = left();
+    const double plain = plainSquares(points_);
+    if (squares.known < plain) return std::nullopt;
+    return squares.both / std::sqrt(squares.known * std::max(squares.seen, plain));
+  }
+
  private:
   using Coefficients = Eigen::Matrix<double, 4, 3>;
   Eigen::Matrix4f normals_ = Eigen::Matrix4f::Zero();
@@ -80,8 +92,6 @@ class Comparison {
   float known_known_ = 0, seen_seen_ = 0, known_seen_ = 0;
   int points_ = 0;
 };
-
-double plainSquares(int points) { return kPlain * kPlain * points; }
 
 }  // namespace
 
@@ -217,15 +227,23 @@ const DatabaseLook& nearestLook(const std::vector<DatabaseLook>& looks, const SE
   return nearest == looks.end() ? nothing : *nearest;
 }
 
-std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const MeanImage& image,
-                                   const Camera& camera, const SE3& T_camera_object,
-                                   const Vector3d& centre_object, int most_points) {
+namespace {
+
+// What is known of a point of a look, and what is seen of it.
+struct SeenPoint {
+  Vector2d u_px;
+  Vector3f normal, known, seen;
+};
+
+std::vector<SeenPoint> pointsIn(const std::vector<DatabaseLook>& looks, const MeanImage& image,
+                                const Camera& camera, const SE3& T_camera_object,
+                                const Vector3d& centre_object, int most_points) {
   const Vector3d eye = T_camera_object.inverse().translation;
   const DatabaseLook& nearest = nearestLook(looks, T_camera_object, centre_object);
   const Matrix3d R = T_camera_object.rotationMatrix();
   const size_t n = nearest.points.size(), most = static_cast<size_t>(std::max(1, most_points));
   const size_t step = (n + most - 1) / most;
-  Comparison comparison;
+  std::vector<SeenPoint> points;
   for (size_t i = 0; i < n; i += step) {
     const Vector3d place = nearest.points[i].cast<double>();
     const Vector3d p = R * place + T_camera_object.translation;
@@ -235,14 +253,53 @@ std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const
     if (!u) continue;
     const auto color = image.mean(*u, static_cast<double>(nearest.side_m) * camera.fx() / p.z());
     if (!color) continue;
-    comparison.add(normal, lookValue(nearest.colors[i], image.hasColors()),
-                   lookValue(*color, image.hasColors()));
+    points.push_back({*u, normal, lookValue(nearest.colors[i], image.hasColors()),
+                      lookValue(*color, image.hasColors())});
   }
-  if (comparison.points() < kFewest) return std::nullopt;
-  const Comparison::Left left = comparison.left();
-  const double plain = plainSquares(comparison.points());
-  if (left.known < plain) return std::nullopt;
-  return left.both / std::sqrt(left.known * std::max(left.seen, plain));
+  return points;
+}
+
+}  // namespace
+
+std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const MeanImage& image,
+                                   const Camera& camera, const SE3& T_camera_object,
+                                   const Vector3d& centre_object, int most_points) {
+  Comparison comparison;
+  for (const SeenPoint& p :
+       pointsIn(looks, image, camera, T_camera_object, centre_object, most_points))
+    comparison.add(p.normal, p.known, p.seen);
+  return comparison.agreement();
+}
+
+PartialLook compareLooksInPart(const std::vector<DatabaseLook>& looks, const MeanImage& image,
+                               const Camera& camera, const SE3& T_camera_object,
+                               const Vector3d& centre_object, double cost, int most_points) {
+  constexpr int kDirections = 16, kSteps = 10;
+  std::vector<SeenPoint> points =
+      pointsIn(looks, image, camera, T_camera_object, centre_object, most_points);
+  PartialLook best{compareLooks(looks, image, camera, T_camera_object, centre_object, most_points)};
+  double best_score = best.agreement.value_or(-1);
+  const size_t n = points.size();
+  for (int k = 0; k < kDirections && n > 0; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kDirections;
+    const Vector2d along(std::cos(angle), std::sin(angle));
+    std::sort(points.begin(), points.end(), [&](const SeenPoint& a, const SeenPoint& b) {
+      return along.dot(a.u_px) < along.dot(b.u_px);
+    });
+    Comparison comparison;
+    for (size_t i = 0; i + 1 < n; ++i) {
+      comparison.add(points[i].normal, points[i].known, points[i].seen);
+      const bool judged = 2 * (i + 1) >= n && (i + 1) * kSteps / n != (i + 2) * kSteps / n;
+      if (!judged) continue;
+      const double share = static_cast<double>(i + 1) / static_cast<double>(n);
+      const std::optional<double> agreement = comparison.agreement();
+      const double score = agreement.value_or(-1) - cost * (1 - share);
+      if (score <= best_score) continue;
+      best_score = score;
+      best = {agreement, share, {along, 0.5 * along.dot(points[i].u_px + points[i + 1].u_px)}};
+    }
+  }
+  return best;
 }
 
 bool isPlain(const DatabaseLook& look) {

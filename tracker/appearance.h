@@ -65,6 +65,26 @@ std::optional<double> compareLooks(const std::vector<DatabaseLook>& looks, const
                                    const Camera& camera, const SE3& T_camera_object,
                                    const Vector3d& centre_object, int most_points = 1000);
 
+// The part of an image on one side of a straight line: the whole, unless it is told otherwise.
+struct ImagePart {
+  Vector2d normal = Vector2d::Zero();
+  double offset_px = 0;
+  bool contains(const Vector2d& u_px) const { return normal.dot(u_px) <= offset_px; }
+};
+
+// The same of what a straight line leaves of the object: something may stand before the rest. Of
+// lines in 16 directions that leave half of the points or more, the one for which the agreement
+// less `cost` times the share of the points behind the line is greatest; the whole where no line
+// gains anything.
+struct PartialLook {
+  std::optional<double> agreement = {};
+  double share = 1;  // of the points
+  ImagePart part = {};
+};
+PartialLook compareLooksInPart(const std::vector<DatabaseLook>& looks, const MeanImage& image,
+                               const Camera& camera, const SE3& T_camera_object,
+                               const Vector3d& centre_object, double cost, int most_points = 1000);
+
 // Whether a look shows too little print to be compared.
 bool isPlain(const DatabaseLook& look);
 

@@ -7,6 +7,7 @@
 //   again      from the same pose moved to the image's edges; then without its inliers
 //   templates  of its edges, where features do not find it: it is small, or has no texture
 //   match      all features, where neither finds it
+//   templates  again, where something straight hides a part of it
 #include "tracker/database_detector.h"
 
 #include <algorithm>
@@ -23,6 +24,10 @@
 
 namespace diorama {
 
+namespace {
+enum class Shown { kWhole, kPart };  // of the object
+}
+
 // A frame, and what is made of it once for all objects.
 class DatabaseDetector::Picture {
  public:
@@ -38,9 +43,9 @@ class DatabaseDetector::Picture {
           (small ? extractFeatures : extractLargeFeatures)(frame.gray, kind, options_.max_features);
     return at->second;
   }
-  EdgeTemplates::Sight sight() const {
+  EdgeTemplates::Sight sight(Shown shown = Shown::kWhole) const {
     if (!edges_) edges_.emplace(frame, options_.templates.chamfer);
-    return {*edges_, means};
+    return {*edges_, means, shown == Shown::kPart ? std::optional(kUnseenCost) : std::nullopt};
   }
 
  private:
@@ -77,14 +82,15 @@ class DatabaseDetector::Finder {
   std::optional<ExaminedPose> confirm(const Picture& picture,
                                       const std::vector<PointMatch>& matches,
                                       const RansacPose& pose);
-  std::optional<Detection> findByEdges(const Picture& picture);
+  using Places = std::vector<EdgeTemplates::Placed>;
+  std::optional<Detection> findByEdges(const Picture& picture, const Places& places, Shown shown);
   std::vector<PointMatch> match(const Features& features) const;
   bool isRival(const SE3& a, const SE3& b) const;
   bool castsDoubt(const ExaminedPose& other, const ExaminedPose& found) const;
   std::array<SE3, 5> turned(const SE3& T_camera_object) const;
   ExaminedPose polish(const ExaminedPose& found);
-  double evidence(const Detection& detection) const;
-  bool isProven(const Detection& detection) const;
+  double evidence(const ExaminedPose& pose) const;
+  bool isProven(const ExaminedPose& pose) const;
   bool isProvenByFeatures(const Detection& detection, size_t closely, double share) const;
 
   const DetectorOptions& options_;
@@ -104,15 +110,18 @@ class DatabaseDetector::Finder {
 std::optional<Detection> DatabaseDetector::Finder::find(const Picture& picture) {
   verifier_.setImage(picture.frame, picture.means);
   std::optional<Detection> found = findByFeatures(picture, false);
-  if (!found) found = findByEdges(picture);
+  if (found) return found;
+  const Places places = templates_.place(picture.sight().edges);
+  found = findByEdges(picture, places, Shown::kWhole);
   if (!found && options_.small_features) found = findByFeatures(picture, true);
+  if (!found && !verifier_.isPlain()) found = findByEdges(picture, places, Shown::kPart);
   return found;
 }
 
 ExaminedPose DatabaseDetector::Finder::polish(const ExaminedPose& found) {
   const bool by_features = found.inliers > 0;
-  ExaminedPose polished =
-      verifier_.polish({found.T_camera_object, found.covariance, by_features, by_features});
+  ExaminedPose polished = verifier_.polish(
+      {found.T_camera_object, found.covariance, by_features, by_features}, found.part);
   polished.inliers = found.inliers;
   polished.covariance = found.covariance;
   return polished.rank() > found.rank() ? polished : found;
@@ -183,7 +192,8 @@ std::optional<ExaminedPose> DatabaseDetector::Finder::confirm(
 
 // The best of the candidates: another view of the object may be nearly as good. Where one is,
 // nothing is claimed.
-std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& picture) {
+std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& picture,
+                                                               const Places& places, Shown shown) {
   std::vector<ExaminedPose> seen;
   const auto best = [&] {
     return *std::max_element(
@@ -191,10 +201,12 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
         [](const ExaminedPose& a, const ExaminedPose& b) { return a.rank() < b.rank(); });
   };
   const auto tryFrom = [&](const SE3& start) {
-    const ExaminedPose pose = verifier_.examine({start});
+    const ExaminedPose pose =
+        shown == Shown::kPart ? verifier_.examinePart(start) : verifier_.examine({start});
     if (isProven(pose)) seen.push_back(pose);
   };
-  for (const EdgeTemplates::Candidate& candidate : templates_.find(picture.sight())) {
+  for (const EdgeTemplates::Candidate& candidate :
+       templates_.choose(places, picture.sight(shown))) {
     const bool certain = !seen.empty() && evidence(best()) >= options_.certain_evidence;
     if (!certain || isRival(candidate.T_camera_object, best().T_camera_object))
       tryFrom(candidate.T_camera_object);
@@ -202,7 +214,7 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
   if (seen.empty()) return std::nullopt;
   if (alike_) return polish(best());
   for (const SE3& rival : turned(best().T_camera_object))
-    tryFrom(templates_.refine(rival, picture.sight()).T_camera_object);
+    tryFrom(templates_.refine(rival, picture.sight(shown)).T_camera_object);
   const ExaminedPose found = polish(best());
   if (std::any_of(seen.begin(), seen.end(),
                   [&](const ExaminedPose& other) { return castsDoubt(other, found); }))
@@ -242,19 +254,18 @@ std::array<SE3, 5> DatabaseDetector::Finder::turned(const SE3& T_camera_object) 
   return poses;
 }
 
-double DatabaseDetector::Finder::evidence(const Detection& detection) const {
-  const double sum = detection.health + detection.look.value_or(0);
-  if (detection.inliers > 0) return sum;
-  const double size_px = camera_.fx() * diameter_ / detection.T_camera_object.translation.z();
+double DatabaseDetector::Finder::evidence(const ExaminedPose& pose) const {
+  const double sum = pose.health + pose.look.value_or(0) - kUnseenCost * (1 - pose.seen_share);
+  if (pose.inliers > 0) return sum;
+  const double size_px = camera_.fx() * diameter_ / pose.T_camera_object.translation.z();
   return sum * std::cbrt(std::min(1.0, size_px / options_.full_size_px));
 }
 
-bool DatabaseDetector::Finder::isProven(const Detection& detection) const {
-  if (detection.health < options_.min_health) return false;
-  if (!detection.look)
-    return verifier_.isPlain() && evidence(detection) >= options_.min_plain_health;
-  return evidence(detection) >=
-         (detection.inliers > 0 ? options_.min_feature_evidence : options_.min_evidence);
+bool DatabaseDetector::Finder::isProven(const ExaminedPose& pose) const {
+  if (pose.health < options_.min_health) return false;
+  if (!pose.look) return verifier_.isPlain() && evidence(pose) >= options_.min_plain_health;
+  return evidence(pose) >=
+         (pose.inliers > 0 ? options_.min_feature_evidence : options_.min_evidence);
 }
 
 // Of an object half hidden half of the edges and looks are those of what hides it. But features of

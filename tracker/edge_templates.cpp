@@ -192,7 +192,9 @@ void EdgeTemplates::slide(const ChamferMaps& maps, Placed placed, Scratch& scrat
   }
   for (int k = 0; k < kPlaces; ++k) {
     const uint8_t lowest = lowestOf(means);
-    const int at = static_cast<int>(std::find(means.begin(), means.end(), lowest) - means.begin());
+    // Many bytes at once, unlike std::find.
+    const void* const found = std::memchr(means.data(), lowest, means.size());
+    const int at = static_cast<int>(static_cast<const uint8_t*>(found) - means.data());
     placed.x = at % stride;
     placed.y = at / stride;
     placed.ratio = lowest / double{ChamferMaps::kChance};
@@ -236,10 +238,17 @@ std::optional<SE3> EdgeTemplates::poseOf(const Placed& placed, const ChamferMaps
              placed.distance * direction};
 }
 
-double EdgeTemplates::scoreOf(const SE3& T, double ratio, const MeanImage& means) const {
-  const auto look =
-      compareLooks(coarse_looks_, means, camera_, T, model_.centre_object, options_.look_points);
-  return ratio - options_.look_weight * look.value_or(0);
+double EdgeTemplates::scoreOf(const SE3& T, double ratio, const Sight& sight) const {
+  if (!sight.part_cost) {
+    const auto look = compareLooks(coarse_looks_, sight.means, camera_, T, model_.centre_object,
+                                   options_.look_points);
+    return ratio - options_.look_weight * look.value_or(0);
+  }
+  const PartialLook look =
+      compareLooksInPart(coarse_looks_, sight.means, camera_, T, model_.centre_object,
+                         *sight.part_cost, options_.look_points);
+  return ratio -
+         options_.look_weight * (look.agreement.value_or(0) - *sight.part_cost * (1 - look.share));
 }
 
 // First by large patches, which tell the way from further off.
@@ -262,18 +271,19 @@ EdgeTemplates::Candidate EdgeTemplates::refine(const SE3& T_camera_object,
     edges.linearise(T);
     ratio = edges.ratio();
   }
-  return {T * T_model_object, ratio, scoreOf(T * T_model_object, ratio, sight.means)};
+  return {T * T_model_object, ratio, scoreOf(T * T_model_object, ratio, sight)};
 }
 
-std::vector<EdgeTemplates::Candidate> EdgeTemplates::find(const Sight& sight) const {
+std::vector<EdgeTemplates::Candidate> EdgeTemplates::choose(const std::vector<Placed>& places,
+                                                            const Sight& sight) const {
   const SE3 T_model_object{Eigen::Quaterniond::Identity(), -model_.centre_object};
   std::vector<Candidate> candidates;
-  for (const Placed& placed : place(sight.edges)) {
+  for (const Placed& placed : places) {
     const auto T = poseOf(placed, sight.edges);
     if (!T) continue;
     const SE3 T_camera_object = *T * T_model_object;
     candidates.push_back(
-        {T_camera_object, placed.ratio, scoreOf(T_camera_object, placed.ratio, sight.means)});
+        {T_camera_object, placed.ratio, scoreOf(T_camera_object, placed.ratio, sight)});
   }
   keepBest(candidates, options_.refined);
   for (Candidate& candidate : candidates) candidate = refine(candidate.T_camera_object, sight);

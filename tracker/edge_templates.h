@@ -28,9 +28,20 @@ class EdgeTemplates {
   struct Sight {
     const ChamferMaps& edges;
     const MeanImage& means;
+    // Objects are looked for of which a straight line hides a part: what that costs (PartialLook).
+    std::optional<double> part_cost = {};
   };
-  // Poses with the best scores, the best first, refined; at most `verified`.
-  std::vector<Candidate> find(const Sight& sight) const;
+  // A template at a place of the coarse maps.
+  struct Placed {
+    size_t view = 0;
+    double roll_rad = 0, distance = 0;  // m
+    int x = 0, y = 0;                   // cells
+    double ratio = 0;                   // as of a candidate, coarsely
+  };
+  // The places with the smallest ratios, the best first; at most `candidates`.
+  std::vector<Placed> place(const ChamferMaps& maps) const;
+  // Of these the poses with the best scores, the best first, refined; at most `verified`.
+  std::vector<Candidate> choose(const std::vector<Placed>& places, const Sight& sight) const;
 
   // A pose T_camera_object moved to the image's edges and colours, from further off than the
   // tracker can.
@@ -45,13 +56,6 @@ class EdgeTemplates {
     SE3 T_camera_model;  // on the optical axis
     std::vector<Point> points;
   };
-  // A template at a place of the coarse maps.
-  struct Placed {
-    size_t view = 0;
-    double roll_rad = 0, distance = 0;  // m
-    int x = 0, y = 0;                   // cells
-    double ratio = 0;                   // as of a candidate, coarsely
-  };
   struct Scratch {
     std::vector<const uint8_t*>
         places;  // of the template's points in the maps, when it is at (0, 0)
@@ -59,10 +63,9 @@ class EdgeTemplates {
   };
 
   void addTemplate(const Vector3d& direction, const EdgeSearch& search, const Camera& studio);
-  std::vector<Placed> place(const ChamferMaps& maps) const;
   void slide(const ChamferMaps& maps, Placed placed, Scratch& scratch,
              std::vector<Placed>& best) const;
-  double scoreOf(const SE3& T_camera_object, double ratio, const MeanImage& means) const;
+  double scoreOf(const SE3& T_camera_object, double ratio, const Sight& sight) const;
   std::optional<SE3> poseOf(const Placed& placed, const ChamferMaps& maps) const;
 
   const EdgeModel& model_;

@@ -179,12 +179,14 @@ const CoverMap& PoseRefiner::coverAt(const SE3& T) {
 }
 
 PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T, int max_samples) {
-  std::vector<int> visible = search_.visibleSamples(T, max_samples), familiar;
+  std::vector<int> visible, familiar;
   const CoverMap& changed = changedAt(T);
   const Matrix3d R = T.rotationMatrix();
-  for (const int sample : visible) {
+  for (const int sample : search_.visibleSamples(T, max_samples)) {
     const auto u =
         camera_.project(R * model_.samples[static_cast<size_t>(sample)].p + T.translation);
+    if (u && !part_.contains(*u)) continue;
+    visible.push_back(sample);
     if (!u || !changed.isCovered(*u)) familiar.push_back(sample);
   }
   const double share = std::max(1.0, static_cast<double>(familiar.size())) /

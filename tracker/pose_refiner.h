@@ -7,6 +7,7 @@
 
 #include "core/measurements.h"
 #include "core/ray_query.h"
+#include "tracker/appearance.h"
 #include "tracker/edge_model.h"
 #include "tracker/edge_search.h"
 #include "tracker/health.h"
@@ -52,9 +53,13 @@ class PoseRefiner {
   // The image that the calls below are about; must outlive them.
   void setImage(const EdgePicture& picture, Covers covers) {
     picture_ = picture;
+    part_ = {};
     covers_ = covers;
     T_changed_.reset();
   }
+
+  // Only the object's edges in this part of the image are looked for.
+  void setPart(const ImagePart& part) { part_ = part; }
 
   // What is known of the pose beside the images, as long as it is followed from where that was so:
   // information, right tangent. Errors that the edges share weigh the less where it is much.
@@ -133,6 +138,7 @@ class PoseRefiner {
   std::vector<Contrast> memory_;  // one per sample of the model
   Matrix6d known_ = Matrix6d::Zero();
   std::optional<EdgePicture> picture_;
+  ImagePart part_;
   std::optional<SE3> T_before_;  // while edges are taken for smeared
 };
 

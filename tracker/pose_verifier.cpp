@@ -29,10 +29,24 @@ SE3 PoseVerifier::toModel(const SE3& T_camera_object) const {
   return T_camera_object * SE3{Eigen::Quaterniond::Identity(), model_.centre_object};
 }
 
-ExaminedPose PoseVerifier::describe(const Estimate& estimate) const {
+ExaminedPose PoseVerifier::describe(const Estimate& estimate, bool in_part) const {
   const SE3 T =
       estimate.T_camera_model * SE3{Eigen::Quaterniond::Identity(), -model_.centre_object};
-  return {{T, estimate.health.value, look(T, look_points_)}, estimate.fit};
+  const PartialLook seen = in_part ? lookInPart(T) : PartialLook{look(T, look_points_)};
+  return {{T, estimate.health.value, seen.agreement}, estimate.fit, seen.share, seen.part};
+}
+
+PartialLook PoseVerifier::lookInPart(const SE3& T_camera_object) const {
+  return compareLooksInPart(looks_, *means_, camera_, T_camera_object, model_.centre_object,
+                            kUnseenCost, look_points_);
+}
+
+ExaminedPose PoseVerifier::examinePart(const SE3& start) {
+  if (!start.isFinite()) return {{start}};
+  refiner_.setPart(lookInPart(start).part);
+  const ExaminedPose examined = describe(refiner_.refineStart(toModel(start)), true);
+  refiner_.setPart({});
+  return examined;
 }
 
 ExaminedPose PoseVerifier::examine(const ObjectPrediction& start) {
@@ -41,11 +55,15 @@ ExaminedPose PoseVerifier::examine(const ObjectPrediction& start) {
       refiner_.refineStart(toModel(start.T_camera_object), independentPrior(start, model_)));
 }
 
-ExaminedPose PoseVerifier::polish(const ObjectPrediction& start) {
+ExaminedPose PoseVerifier::polish(const ObjectPrediction& start, const ImagePart& part) {
   if (!start.T_camera_object.isFinite()) return {{start.T_camera_object}};
   const auto prior = independentPrior(start, model_);
+  refiner_.setPart(part);
   const Estimate refined = refiner_.refine(toModel(start.T_camera_object), prior);
-  return describe(refiner_.searchNeighbours(refined, prior));
+  const ExaminedPose polished =
+      describe(refiner_.searchNeighbours(refined, prior), !part.normal.isZero(0));
+  refiner_.setPart({});
+  return polished;
 }
 
 std::optional<double> PoseVerifier::look(const SE3& T_camera_object, int most_points) const {

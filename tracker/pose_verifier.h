@@ -12,10 +12,16 @@
 
 namespace diorama {
 
+// What is hidden of an object costs so much of its look, times its share: a line can be found that
+// leaves what happens to agree.
+inline constexpr double kUnseenCost = 0.5;
+
 // Health and look say whether a pose is right at all. Which one of two is the better one in the
 // same image is told by how sharply its edges agree.
 struct ExaminedPose : Detection {
   double fit = 0;
+  double seen_share = 1;  // of the object; what is said of it is of this part
+  ImagePart part = {};
   double rank() const { return fit + look.value_or(0); }
 };
 
@@ -32,9 +38,11 @@ class PoseVerifier {
   // The pose that the image's edges lead to from here, and what is known independently of them: its
   // health and look.
   ExaminedPose examine(const ObjectPrediction& start);
+  // The same of the part of it that something straight leaves to be seen.
+  ExaminedPose examinePart(const SE3& start);
   // The same from poses side by side whose edges lie some pixels apart, too: a narrow or round
   // thing looks nearly alike from several sides.
-  ExaminedPose polish(const ObjectPrediction& start);
+  ExaminedPose polish(const ObjectPrediction& start, const ImagePart& part);
   // How much the object looks like itself at a pose, in [-1, 1], at so many points.
   std::optional<double> look(const SE3& T_camera_object, int most_points) const;
 
@@ -42,7 +50,8 @@ class PoseVerifier {
 
  private:
   SE3 toModel(const SE3& T_camera_object) const;
-  ExaminedPose describe(const Estimate& estimate) const;
+  PartialLook lookInPart(const SE3& T_camera_object) const;
+  ExaminedPose describe(const Estimate& estimate, bool in_part = false) const;
 
   const EdgeModel& model_;
   const Camera& camera_;

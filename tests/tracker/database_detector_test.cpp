@@ -83,23 +83,31 @@ TEST(DatabaseDetector, FindsAPrintedBox) {
   }
 }
 
-// Its print proves it where something dark hides its upper part.
+// Something dark hides what lies above a height in the object's frame.
+Frame hiddenAbove(double height_m, const SE3& T, const Rig& rig) {
+  Frame frame = rig.scene.draw(T, 0);
+  const double rim = rig.scene.camera.project(T * Vector3d(0, 0, height_m))->y();
+  for (int y = 0; y < rim; ++y)
+    for (int x = 0; x < frame.gray.width; ++x) frame.gray(x, y) = 20;
+  return frame;
+}
+
 TEST(DatabaseDetector, FindsWhatIsPartlyHidden) {
   const Rig rig(40);
   const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
-  Frame frame = rig.scene.draw(T, 0);
-  const double rim = rig.scene.camera.project(T * Vector3d(0, 0, 0.15))->y();
-  for (int y = 0; y < rim; ++y)
-    for (int x = 0; x < frame.gray.width; ++x) frame.gray(x, y) = 20;
   const auto foundWith = [&](int proving_features) {
     DetectorOptions options;
     options.proving_features = proving_features;
-    return rig.detector(options).detect(frame, kOnly).at(0);
+    return rig.detector(options).detect(hiddenAbove(0.16, T, rig), kOnly).at(0);
   };
-  EXPECT_FALSE(foundWith(1000));
-  const auto found = foundWith(6);  // it has few: its print is smooth
-  ASSERT_TRUE(found);
-  EXPECT_THAT(found->T_camera_object, test::PoseNear(T, 0.01, 0.03));
+  const auto by_print = foundWith(6);  // it has few: its print is smooth
+  ASSERT_TRUE(by_print);
+  EXPECT_GT(by_print->inliers, 0);
+  EXPECT_THAT(by_print->T_camera_object, test::PoseNear(T, 0.01, 0.03));
+  const auto by_edges = foundWith(1000);
+  ASSERT_TRUE(by_edges);
+  EXPECT_EQ(by_edges->inliers, 0);
+  EXPECT_THAT(by_edges->T_camera_object, test::PoseNear(T, 0.01, 0.03));
 }
 
 TEST(DatabaseDetector, FindsNothingInClutter) {
@@ -218,6 +226,30 @@ TEST(CompareLooks, TellsTheRightPoseFromAWrongOneAndFromAPlainObject) {
   EXPECT_TRUE(isPlain(plain.database.looks[0]));
   EXPECT_FALSE(isPlain(printed.database.looks[0]));
   EXPECT_FALSE(look(printed, seenFrom(Vector3d(0, 0, 1), -0.5)));  // behind the camera
+}
+
+TEST(CompareLooks, OfThePartThatSomethingStraightLeaves) {
+  const Rig rig(40);
+  const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
+  const Vector3d centre(0, 0, 0.1);
+  const auto look = [&](const Frame& frame, const SE3& pose) {
+    return compareLooksInPart(rig.database.looks, MeanImage(frame), rig.scene.camera, pose, centre,
+                              0.5);
+  };
+  const PartialLook whole = look(rig.scene.draw(T, 0), T);
+  EXPECT_EQ(whole.share, 1);
+  EXPECT_TRUE(whole.part.contains({1e6, -1e6}));
+  const Frame hidden = hiddenAbove(0.13, T, rig);
+  const PartialLook left = look(hidden, T);
+  EXPECT_LT(*compareLooks(rig.database.looks, MeanImage(hidden), rig.scene.camera, T, centre), 0.6);
+  EXPECT_GT(left.agreement.value_or(0), 0.75);
+  EXPECT_LT(left.share, 0.95);
+  EXPECT_TRUE(left.part.contains(*rig.scene.camera.project(T * Vector3d(0, 0, 0.05))));
+  EXPECT_FALSE(left.part.contains(*rig.scene.camera.project(T * Vector3d(0, 0, 0.19))));
+  // Half of a wrong pose happens to agree, but not so well.
+  const SE3 half_turn{Eigen::Quaterniond(0, 0, 0, 1), Vector3d::Zero()};
+  const PartialLook wrong = look(hidden, T * half_turn);
+  EXPECT_LT(wrong.agreement.value_or(0) - 0.5 * (1 - wrong.share), 0.5);
 }
 
 TEST(ChamferMaps, SeeEdgesOfColoursOfOneBrightness) {
