@@ -82,7 +82,9 @@ class Mapper::Impl {
     const std::string& mapped = options_.odometry_with_map;
     const bool has_map = mapped.empty() || mapped == measurement.source;
     const bool elsewhere = !landmarks_.labels().empty() && !looksAtLandmark();
-    if (has_map) result.factor->scale = scale_.next(smoother_, measurement.source, elsewhere);
+    if (has_map)
+      result.factor->scale =
+          scale_.next(smoother_, measurement.source, elsewhere, gap_ && !across_gap);
     if (across_gap) {
       closeGap(measurement.to_ns, *result.factor);
       watch_.breakOff(measurement.to_ns);

@@ -5,9 +5,9 @@
 namespace diorama {
 
 std::optional<size_t> OdometryScale::next(ChainSmoother& smoother, const std::string& source,
-                                          bool elsewhere) {
+                                          bool elsewhere, bool anew) {
   if (sigma_ <= 0) return std::nullopt;
-  const bool other = !variable_ || source != source_;
+  const bool other = !variable_ || anew || source != source_;
   if (other || (elsewhere && !elsewhere_)) {
     if (variable_) smoother.release(*variable_);
     variable_ = smoother.addScale(other ? sigma_ : sigma_elsewhere_);

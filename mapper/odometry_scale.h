@@ -5,7 +5,8 @@
 // its distance; and a run of steps that all err alike is taken for far surer than it is.
 //
 // Where the camera has looked away from all that the map knows, the odometry measures by another
-// map of its own, of which less is known: another s, from there on.
+// map of its own, of which less is known: another s, from there on. So it does when it was lost and
+// has begun anew.
 #pragma once
 
 #include <optional>
@@ -22,8 +23,10 @@ class OdometryScale {
   OdometryScale(double sigma, double sigma_elsewhere)
       : sigma_(sigma), sigma_elsewhere_(sigma_elsewhere) {}
 
-  // The variable for a step from the newest pose on. `elsewhere`: nothing known is in view.
-  std::optional<size_t> next(ChainSmoother& smoother, const std::string& source, bool elsewhere);
+  // The variable for a step from the newest pose on. `elsewhere`: nothing known is in view. `anew`:
+  // nothing joins the step to those before.
+  std::optional<size_t> next(ChainSmoother& smoother, const std::string& source, bool elsewhere,
+                             bool anew = false);
   // s as it is believed now, and one sigma.
   ScaleEstimate estimate(const ChainSmoother& smoother) const;
 

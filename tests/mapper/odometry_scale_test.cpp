@@ -106,8 +106,8 @@ class OdometryScaleVariable : public ::testing::Test {
  protected:
   OdometryScaleVariable() : smoother({}, {}, {}) { smoother.start(0); }
 
-  std::optional<size_t> step(const std::string& source, bool elsewhere) {
-    const std::optional<size_t> variable = scale.next(smoother, source, elsewhere);
+  std::optional<size_t> step(const std::string& source, bool elsewhere, bool anew = false) {
+    const std::optional<size_t> variable = scale.next(smoother, source, elsewhere, anew);
     OdometryFactor factor{{Eigen::Quaterniond::Identity(), {0.01, 0, 0}},
                           1e4 * Matrix6d::Identity()};
     factor.scale = variable;
@@ -131,6 +131,10 @@ TEST_F(OdometryScaleVariable, IsAnotherOneElsewhereAndOfAnotherOdometry) {
   EXPECT_EQ(step("vo", false), away);  // what it measures by now was begun there
   EXPECT_NE(step("vo", true), away);
   EXPECT_NE(step("other", true), away);
+  // Lost, and begun anew.
+  const std::optional<size_t> other = step("other", true);
+  EXPECT_EQ(step("other", true), other);
+  EXPECT_NE(step("other", true, true), other);
   EXPECT_NEAR(std::sqrt(smoother.objectCovariance(*away)(0, 0)), 0.05, 1e-6);
   // Those that are left behind are eliminated.
   EXPECT_FALSE(smoother.isActive(*first));
