@@ -91,6 +91,7 @@ class DatabaseDetector::Finder {
   ExaminedPose polish(const ExaminedPose& found);
   double evidence(const ExaminedPose& pose) const;
   bool isProven(const ExaminedPose& pose) const;
+  bool isProvenAs(const ExaminedPose& pose, Shown shown) const;
   bool isProvenByFeatures(const Detection& detection, size_t closely, double share) const;
 
   const DetectorOptions& options_;
@@ -203,7 +204,7 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
   const auto tryFrom = [&](const SE3& start) {
     const ExaminedPose pose =
         shown == Shown::kPart ? verifier_.examinePart(start) : verifier_.examine({start});
-    if (isProven(pose)) seen.push_back(pose);
+    if (isProvenAs(pose, shown)) seen.push_back(pose);
   };
   for (const EdgeTemplates::Candidate& candidate :
        templates_.choose(places, picture.sight(shown))) {
@@ -219,7 +220,13 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
   if (std::any_of(seen.begin(), seen.end(),
                   [&](const ExaminedPose& other) { return castsDoubt(other, found); }))
     return std::nullopt;
+  if (shown == Shown::kPart && !isProvenAs(found, shown)) return std::nullopt;
   return found;
+}
+
+bool DatabaseDetector::Finder::isProvenAs(const ExaminedPose& pose, Shown shown) const {
+  return isProven(pose) &&
+         (shown == Shown::kWhole || evidence(pose) >= options_.min_evidence + kMoreInPart);
 }
 
 // At about the same place, but turned.

@@ -15,6 +15,8 @@ namespace diorama {
 // What is hidden of an object costs so much of its look, times its share: a line can be found that
 // leaves what happens to agree.
 inline constexpr double kUnseenCost = 0.5;
+// ... and where a line is looked for at all, more poses are tried: they must be proven better.
+inline constexpr double kMoreInPart = 0.1;
 
 // Health and look say whether a pose is right at all. Which one of two is the better one in the
 // same image is told by how sharply its edges agree.
