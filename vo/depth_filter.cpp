@@ -120,7 +120,7 @@ void DepthFilter::addSeeds(const Camera& camera, Keyframe& host, const DepthRang
   const auto add = [&](const std::vector<Corner>& corners, bool edgelets) {
     for (const Corner& corner : corners) {
       occupied[grid.cellOf(corner.u_px)] = 1;
-      if (!host.hidden.contains(corner.u_px) && !host.moving.contains(corner.u_px, corner.level))
+      if (host.isOpen(corner.u_px, corner.level))
         addSeed(camera, host, corner, edgelets, guess.at(corner.u_px), largest, map);
     }
   };

@@ -10,6 +10,8 @@
 namespace diorama::vo {
 namespace {
 
+// Shutters are open for up to a half of the time between frames; a quarter of the motion is usual.
+constexpr double kSharpMotionPx = 8;
 constexpr double kFastPx = 16;  // from frame to frame: a step of the share is a pixel
 constexpr size_t kFeaturesPerFrame = 20;
 constexpr int kFeaturesPerStep = 120;
@@ -44,6 +46,16 @@ Vector2d smearOf(const Camera& camera, const TrackedFrame& frame, const TrackedF
       smearOf(camera, reference, reference.T_world_camera.inverse() * p_world).squaredNorm();
   const double has = smear.squaredNorm();
   return has > had ? Vector2d(std::sqrt(1 - had / has) * smear) : Vector2d::Zero();
+}
+
+int blurredLevels(const Camera& camera, const TrackedFrame& last, const TrackedFrame& now) {
+  const double focal = 0.5 * (camera.fx() + camera.fy());
+  const SE3 T = last.T_world_camera.inverse() * now.T_world_camera;
+  const double median = depthRange(last).median_m;
+  const double px = focal * (Eigen::AngleAxisd(T.rotation).angle() + T.translation.norm() / median);
+  int levels = 0;
+  for (double motion = px; motion > kSharpMotionPx && levels < 4; motion /= 2) ++levels;
+  return levels;
 }
 
 void ExposureLearning::learn(const Camera& camera, const TrackedFrame& frame) {

@@ -15,6 +15,9 @@ Vector2d smearOf(const Camera& camera, const TrackedFrame& frame, const Vector3d
 Vector2d smearOf(const Camera& camera, const TrackedFrame& frame, const TrackedFrame& reference,
                  const Vector3d& p_world);
 
+// Pyramid levels that the motion from the last frame to this one may have blurred at least.
+int blurredLevels(const Camera& camera, const TrackedFrame& last, const TrackedFrame& now);
+
 class ExposureLearning {
  public:
   explicit ExposureLearning(const VoOptions& options) : options_(options) {}

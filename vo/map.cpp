@@ -5,6 +5,15 @@
 
 namespace diorama::vo {
 
+TrackedFrame makeFrame(const Frame& frame, const Camera& camera, const VoOptions& options) {
+  TrackedFrame made;
+  made.timestamp_ns = frame.timestamp_ns;
+  if (frame.gray.width != camera.width() || frame.gray.height != camera.height()) return made;
+  made.pyramid = std::make_shared<const ImagePyramid>(frame.gray, options.pyramid_levels);
+  made.noise = imageNoise(frame.gray);
+  return made;
+}
+
 Keyframe& Map::addKeyframe(const TrackedFrame& frame) {
   auto keyframe = std::make_unique<Keyframe>();
   static_cast<TrackedFrame&>(*keyframe) = frame;
@@ -81,6 +90,13 @@ void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed
 int settledFeatures(const TrackedFrame& frame) {
   return static_cast<int>(std::count_if(frame.features.begin(), frame.features.end(),
                                         [](const Feature& f) { return f.point->settled; }));
+}
+
+std::vector<Vector3d> settledPoints(const Map& map) {
+  std::vector<Vector3d> points;
+  for (const auto& point : map.points)
+    if (!point->bad && point->settled) points.push_back(point->p_world);
+  return points;
 }
 
 bool isCertain(const MapPoint& point, const TrackedFrame& frame) {

@@ -8,10 +8,12 @@
 #include <vector>
 
 #include "core/camera.h"
+#include "core/frame.h"
 #include "core/se3.h"
 #include "vo/hidden_regions.h"
 #include "vo/image_pyramid.h"
 #include "vo/moving_objects.h"
+#include "vo/vo_options.h"
 
 namespace diorama::vo {
 
@@ -73,9 +75,16 @@ struct TrackedFrame {
   SE3 T_world_camera;
   std::vector<Feature> features;
   bool covered = false;  // much of the map that should be seen is not
-  HiddenRegions hidden;  // nothing new is looked for there
-  MovingObjects moving;  // nor there
+  HiddenRegions hidden;
+  MovingObjects moving;
+  // Whether something new may begin here.
+  bool isOpen(const Vector2d& u_px, int at_level) const {
+    return !hidden.contains(u_px) && !moving.contains(u_px, at_level);
+  }
 };
+
+// Without a pyramid when the image does not fit the camera.
+TrackedFrame makeFrame(const Frame& frame, const Camera& camera, const VoOptions& options);
 
 // What was measured of an object in a keyframe.
 struct ObjectObservation {
@@ -129,6 +138,7 @@ class Map {
 void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed);
 
 int settledFeatures(const TrackedFrame& frame);
+std::vector<Vector3d> settledPoints(const Map& map);
 
 // Whether a point is known to a few percent of its distance; how many of the features are such.
 bool isCertain(const MapPoint& point, const TrackedFrame& frame);

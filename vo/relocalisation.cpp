@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "vo/object_scale.h"
+#include "vo/pose_refinement.h"
+#include "vo/reprojection.h"
 #include "vo/sparse_alignment.h"
 #include "vo/whole_image.h"
 
@@ -49,6 +51,21 @@ std::vector<SE3> posesFromObjects(std::span<const ObjectMeasurement> objects, co
       if (isUsable(seen) && known.name == seen.object)
         poses.push_back(known.T_world_object * seen.T_camera_object.inverse());
   return poses;
+}
+
+// What is found first leads to more.
+Assessment findInMap(const Camera& camera, const Map& map, const std::vector<SE3>& poses,
+                     TrackingQuality& quality, const VoOptions& options, TrackedFrame& frame) {
+  for (const SE3& T_world_camera : poses) {
+    frame.T_world_camera = T_world_camera;
+    reprojectMap(camera, map, frame, options);
+    refinePose(camera, frame, options);
+    const ReprojectionResult reprojected = reprojectMap(camera, map, frame, options);
+    const PoseRefinement refined = refinePose(camera, frame, options);
+    const Assessment assessment = quality.assessRecovery(reprojected, refined);
+    if (assessment.good) return assessment;
+  }
+  return {};
 }
 
 }  // namespace diorama::vo

@@ -8,6 +8,7 @@
 
 #include "core/measurements.h"
 #include "vo/map.h"
+#include "vo/tracking_quality.h"
 #include "vo/vo_options.h"
 
 namespace diorama::vo {
@@ -20,5 +21,9 @@ std::vector<SE3> posesFromImages(const Camera& camera, const TrackedFrame& frame
 
 // The same from objects that the map knows and that are seen in this frame.
 std::vector<SE3> posesFromObjects(std::span<const ObjectMeasurement> objects, const Map& map);
+
+// Takes the frame to the first of these poses at which the map is seen as it should be.
+Assessment findInMap(const Camera& camera, const Map& map, const std::vector<SE3>& poses,
+                     TrackingQuality& quality, const VoOptions& options, TrackedFrame& frame);
 
 }  // namespace diorama::vo

@@ -3,31 +3,28 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/vo/wall.h"
 #include "vo/map.h"
 
 namespace diorama::vo {
 namespace {
 
-const Camera& camera() {
-  static const Camera camera(
-      CameraParameters{CameraModel::kPinhole, 640, 480, 500, 500, 320, 240, {}});
-  return camera;
-}
+using test::gridOfPixels;
+using test::pointOnWall;
+using test::wallCamera;
 
-// Points every 20 px on a wall 2 m away; those for which `seen` holds are the frame's features.
+// Points every 20 px on the wall; those for which `seen` holds are the frame's features.
 struct View {
-  explicit View(const std::function<bool(const Vector2d&)>& seen, int step = 20) {
-    for (int y = step / 2; y < 480; y += step)
-      for (int x = step / 2; x < 640; x += step) {
-        const Vector2d u(x, y);
-        points.push_back(std::make_unique<MapPoint>());
-        points.back()->p_world = 2 * camera().unproject(u).value();
-        if (seen(u))
-          frame.features.push_back({{u}, points.back().get()});
-        else
-          failed.push_back(points.back().get());
-      }
-    hidden = HiddenRegions(camera(), frame, failed);
+  explicit View(const std::function<bool(const Vector2d&)>& seen) {
+    for (const Vector2d& u : gridOfPixels(20, 20)) {
+      points.push_back(std::make_unique<MapPoint>());
+      points.back()->p_world = pointOnWall(u);
+      if (seen(u))
+        frame.features.push_back({{u}, points.back().get()});
+      else
+        failed.push_back(points.back().get());
+    }
+    hidden = HiddenRegions(wallCamera(), frame, failed);
   }
   std::vector<std::unique_ptr<MapPoint>> points;
   TrackedFrame frame;
@@ -62,7 +59,7 @@ TEST(HiddenRegions, IsSeenWhereKnownPointsAreOrAroundThem) {
     TrackedFrame frame = view.frame;
     std::erase_if(frame.features,
                   [&](const Feature& f) { return (f.u_px - centre).cwiseAbs().maxCoeff() < 40; });
-    return HiddenRegions(camera(), frame, view.failed).isSeen(centre);
+    return HiddenRegions(wallCamera(), frame, view.failed).isSeen(centre);
   };
   EXPECT_TRUE(without({120, 200}));
   EXPECT_FALSE(without({280, 200}));
@@ -80,9 +77,9 @@ TEST(HiddenRegions, WhereNothingIsKnownItIsAsAround) {
     return u.x() > 480 && u.x() < 560 && u.y() > 160 && u.y() < 240;
   };
   std::erase_if(view.failed,
-                [&](const MapPoint* p) { return drop(camera().project(p->p_world).value()); });
-  EXPECT_TRUE(HiddenRegions(camera(), view.frame, view.failed).contains({520, 200}));
-  EXPECT_FALSE(HiddenRegions(camera(), {}, {}).any());
+                [&](const MapPoint* p) { return drop(wallCamera().project(p->p_world).value()); });
+  EXPECT_TRUE(HiddenRegions(wallCamera(), view.frame, view.failed).contains({520, 200}));
+  EXPECT_FALSE(HiddenRegions(wallCamera(), {}, {}).any());
 }
 
 }  // namespace

@@ -5,14 +5,14 @@
 
 #include <algorithm>
 
+#include "tests/vo/wall.h"
+
 namespace diorama::vo {
 namespace {
 
-const Camera& camera() {
-  static const Camera camera(
-      CameraParameters{CameraModel::kPinhole, 640, 480, 500, 500, 320, 240, {}});
-  return camera;
-}
+using test::gridOfPixels;
+using test::pointOnWall;
+using test::wallCamera;
 
 std::shared_ptr<const ImagePyramid> blank() {
   static const auto pyramid = std::make_shared<const ImagePyramid>(Image<uint8_t>(640, 480, 90),
@@ -35,20 +35,18 @@ struct CoveredView {
     frame.covered = covered;
     std::vector<MapPoint*> failed;
     int count = 0;
-    for (int y = 20; y < 480; y += 40)
-      for (int x = 10; x < 640; x += 20) {
-        const bool known = ++count % 2 == 0;
-        const Vector2d u(x, y);
-        const Vector3d p = frame.T_world_camera * Vector3d(2 * camera().unproject(u).value());
-        const auto before = camera().project(p);
-        MapPoint& point = mapping.map().addPoint(host, p, {before.value_or(u)});
-        point.settled = known;
-        if (known && x > 320)
-          failed.push_back(&point);
-        else
-          frame.features.push_back({{u}, &point});
-      }
-    frame.hidden = HiddenRegions(camera(), frame, failed);
+    for (const Vector2d& u : gridOfPixels(20, 40)) {
+      const bool known = ++count % 2 == 0;
+      const Vector3d p = frame.T_world_camera * pointOnWall(u);
+      const auto before = wallCamera().project(p);
+      MapPoint& point = mapping.map().addPoint(host, p, {before.value_or(u)});
+      point.settled = known;
+      if (known && u.x() > 320)
+        failed.push_back(&point);
+      else
+        frame.features.push_back({{u}, &point});
+    }
+    frame.hidden = HiddenRegions(wallCamera(), frame, failed);
   }
   // Unsettled features right or left of the middle that the map's newest keyframe has.
   int entered(bool right) {
@@ -62,7 +60,7 @@ struct CoveredView {
   }
 
   VoOptions options;
-  Mapping mapping{camera(), options};
+  Mapping mapping{wallCamera(), options};
   TrackedFrame frame;
 };
 
