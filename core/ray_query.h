@@ -13,6 +13,7 @@ namespace diorama {
 struct RayHit {
   Vector3d p_object;  // m
   Vector3d normal;    // unit, of the triangle, as its winding has it
+  int triangle = -1;   // its index in the mesh; -1 = not told
 };
 
 // Objects are numbered in the order in which their meshes were given. All coordinates are in that

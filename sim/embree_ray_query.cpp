@@ -53,6 +53,7 @@ RayHit EmbreeRayQuery::Object::hit(const Vector3d& origin, const Vector3d& direc
   const Vector3d p0 = corners[corner[0]].cast<double>(), p1 = corners[corner[1]].cast<double>(),
                  p2 = corners[corner[2]].cast<double>();
   RayHit hit;
+  hit.triangle = hits.triangle[lane];
   hit.normal = (p1 - p0).cross(p2 - p0).normalized();
   // Onto the triangle's plane, in double precision.
   const double along = hit.normal.dot(direction);

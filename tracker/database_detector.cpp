@@ -54,6 +54,16 @@ class DatabaseDetector::Picture {
   mutable std::optional<ChamferMaps> edges_;
 };
 
+namespace {
+
+// The database's looks know the print, and every candidate would have to see its patches anew.
+TrackerOptions withoutPrint(TrackerOptions options) {
+  options.print_patches = 0;
+  return options;
+}
+
+}  // namespace
+
 class DatabaseDetector::Finder {
  public:
   Finder(DetectorObject object, int index, const Camera& camera,
@@ -64,7 +74,7 @@ class DatabaseDetector::Finder {
         database_(std::move(object.database)),
         diameter_(object.model.mesh.diameter()),
         object_(index),
-        tracker_options_(tracker_options),
+        tracker_options_(withoutPrint(tracker_options)),
         rays_(std::move(rays)),
         model_(makeEdgeModel(object.model.mesh, tracker_options_)),
         matcher_(database_, options.same_place * diameter_),

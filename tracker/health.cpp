@@ -8,6 +8,8 @@ namespace {
 
 constexpr int kFewestPatches = 8;
 constexpr double kWithoutTexture = 0.5;  // factor when no patch agrees
+// So many patches of print make up for half of what the edges lack.
+constexpr double kManyPatches = 16, kByPrint = 0.5;
 
 constexpr double kNear = 1;  // steps, of an edge that agrees; fitted poses are nearer
 
@@ -28,7 +30,8 @@ float edgeAt(const EdgeObservation& o, double place, float least) {
 
 TrackHealth assessHealth(const VisibleSamples& visible,
                          const std::vector<EdgeObservation>& observations,
-                         const TextureCue& texture, const TrackerOptions& options) {
+                         const TextureCue& texture, const TextureCue& printed,
+                         const TrackerOptions& options) {
   TrackHealth health;
   if (visible.contour + visible.crease < static_cast<size_t>(options.min_samples)) {
     health.reason = "too few edges of the object are in the image";
@@ -48,15 +51,21 @@ TrackHealth assessHealth(const VisibleSamples& visible,
   const double n =
       static_cast<double>(visible.contour) + kCreaseWeight * static_cast<double>(visible.crease);
   health.edge_agreement = std::max(0.0, (at_place - by_chance) / std::max(1.0, n - by_chance));
-  const TextureCue::Agreement patches = texture.agreement(options.inlier_px);
-  if (patches.expected >= kFewestPatches)
-    health.texture_agreement = patches.agreeing / static_cast<double>(patches.expected);
-  // Texture that disagrees is a warning; that it agrees proves little, for it may have been learned
-  // on a wrong pose.
   health.value =
       health.edge_agreement * std::min(1.0, visible.familiar_share / options.enough_uncovered);
-  if (health.texture_agreement >= 0)
+  // Texture that disagrees is a warning; that it agrees proves little, for it may have been learned
+  // on a wrong pose.
+  const TextureCue::Agreement learned = texture.agreement(options.inlier_px);
+  if (learned.expected >= kFewestPatches) {
+    health.texture_agreement = learned.agreeing / static_cast<double>(learned.expected);
     health.value *= std::min(1.0, kWithoutTexture + health.texture_agreement);
+  }
+  // Print was not: some of it is proof, however much of the rest is covered.
+  const TextureCue::Agreement print = printed.agreement(options.inlier_px);
+  if (print.expected >= kFewestPatches) {
+    health.value *= std::min(1.0, kWithoutTexture + print.agreeing / double{kFewestPatches});
+    health.value += (1 - health.value) * kByPrint * std::min(1.0, print.agreeing / kManyPatches);
+  }
   return health;
 }
 

@@ -31,10 +31,11 @@ struct VisibleSamples {
   double familiar_share = 1;
 };
 
-// `observations` were made at the pose in question with kHealthRange; the texture was linearised
-// there.
+// `observations` were made at the pose in question with kHealthRange; the patches, learned ones and
+// those of the print, were linearised there.
 TrackHealth assessHealth(const VisibleSamples& visible,
                          const std::vector<EdgeObservation>& observations,
-                         const TextureCue& texture, const TrackerOptions& options);
+                         const TextureCue& texture, const TextureCue& printed,
+                         const TrackerOptions& options);
 
 }  // namespace diorama

@@ -58,6 +58,8 @@ class EdgeTracker::Implementation {
   double healthNeeded(const Estimate& estimate, const std::optional<ObjectPrediction>& start) const;
   bool improve(const Frame& frame, double needed, Estimate& estimate);
   Estimate follow(const Frame& frame);
+  Estimate refineEither(const SE3& aligned, const SE3& predicted,
+                        const std::optional<PosePrior>& expected);
   Estimate startAt(const SE3& start, const std::optional<PosePrior>& prior, uint32_t frame_index);
   void learnMotion(const Estimate& estimate, double seconds, bool good);
   void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
@@ -212,8 +214,10 @@ bool EdgeTracker::Implementation::isCertain(const Matrix6d& covariance) const {
 // The pose of this frame from that of the last: by one hypothesis, or by the filter's mean.
 Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
   const std::optional<PosePrior> expected = expectedAt(frame.timestamp_ns);
-  if (options_.particles == 1)
-    return refiner_.refine(alignFromLast(predict(frame.timestamp_ns)), expected);
+  if (options_.particles == 1) {
+    const SE3 predicted = predict(frame.timestamp_ns);
+    return refineEither(alignFromLast(predicted), predicted, expected);
+  }
   const double seconds = secondsSince(frame.timestamp_ns);
   const uint32_t index = static_cast<uint32_t>(frame.index);
   if (!filter_.started()) filter_.start(T_last_);
@@ -225,12 +229,22 @@ Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
   const std::vector<int> ranges(static_cast<size_t>(options_.filter.rounds),
                                 options_.filter.search_px);
   // Where the particles lie in several valleys their mean may lie in none.
-  Estimate alone = refiner_.refine(aligned, expected);
+  Estimate alone = refineEither(aligned, predicted, expected);
   if (!filter_.update([&](const SE3& T) { return refiner_.judge(T, samples, ranges); }, seconds,
                       index))
     return alone;
   Estimate by_particles = refiner_.refine(filter_.mean().T, expected);
   return by_particles.health.value > alone.health.value ? by_particles : alone;
+}
+
+// Grey values may have gone with something in front of the object: where they and the prediction do
+// not agree, print and edges decide.
+Estimate EdgeTracker::Implementation::refineEither(const SE3& aligned, const SE3& predicted,
+                                                   const std::optional<PosePrior>& expected) {
+  Estimate best = refiner_.refine(aligned, expected);
+  if (refiner_.pixelMotion(aligned, predicted) <= options_.narrow_search_px) return best;
+  Estimate other = refiner_.refine(predicted, expected);
+  return other.isSharperThan(best) ? other : best;
 }
 
 // From a given pose: directly, and where that does not end beyond doubt, by annealed particles

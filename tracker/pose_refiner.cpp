@@ -13,6 +13,11 @@ namespace {
 constexpr double kUnknownSigmaM = 1.0;
 constexpr double kUnknownSigmaRad = 1.0;
 
+// How much a view may change, before the print is seen anew: by 8 degrees, or this factor.
+constexpr double kPrintView = 0.99, kPrintScale = 1.2;
+
+constexpr int kFewestOfPrint = 16;  // scalars, of 8 patches
+
 constexpr double kClearlyBetter = 0.01;  // fit: about one sample in a hundred
 
 // Some edges of other things are taken for the object's: the more, the less of it is to be seen,
@@ -24,6 +29,15 @@ double doubtOf(const VisibleSamples& visible, const TrackHealth& health) {
 }
 
 }  // namespace
+
+bool Estimate::isSharperThan(const Estimate& other) const {
+  constexpr double kClearly = 1.2;
+  if (print_sigma_px > 0 && other.print_sigma_px > 0) {
+    if (other.print_sigma_px > kClearly * print_sigma_px) return true;
+    if (print_sigma_px > kClearly * other.print_sigma_px) return false;
+  }
+  return fit > other.fit;
+}
 
 std::optional<PosePrior> independentPrior(const ObjectPrediction& start, const EdgeModel& model) {
   if (!start.independent) return std::nullopt;
@@ -39,7 +53,9 @@ PoseRefiner::PoseRefiner(const EdgeModel& model, const Mesh& mesh, const Camera&
       camera_(camera),
       options_(options),
       search_(model, camera, rays, object, options),
-      texture_(model, camera, rays, object, options),
+      texture_(model, camera, rays, object, options, options.texture_correlation),
+      print_(options.print_patches > 0 ? mesh : Mesh(), model.centre_object, camera, rays, object),
+      printed_(model, camera, rays, object, options, options.print_correlation),
       surface_(mesh, model.centre_object, camera, rays, object, options),
       memory_(model.samples.size()) {}
 
@@ -51,39 +67,51 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   SE3 T_samples = start, T_texture = start;
   Samples samples = samplesAt(T, options_.max_samples);
   SolverLimits limits = solverLimits();
-  texture_.align(*picture_->grey, T, coverAt(T));
+  if (!print_.empty() && printed_.viewChanged(T, kPrintView, kPrintScale))
+    printed_.setPatches(print_.patchesSeenFrom(T, options_.print_patches), T);
+  const auto alignPatches = [&] {
+    for (TextureCue* cue : {&texture_, &printed_}) cue->align(*picture_->grey, T, coverAt(T));
+  };
+  alignPatches();
   PriorCue expected(prior.value_or(PosePrior()));
   estimate.by_prediction = prior.has_value();
 
   for (size_t round = 0; round < search_ranges_px.size(); ++round) {
     const bool last = round + 1 == search_ranges_px.size();
     if (pixelMotion(T, T_samples) > 4) samples = samplesAt(T_samples = T, options_.max_samples);
-    if (pixelMotion(T, T_texture) > 3) texture_.align(*picture_->grey, T_texture = T, coverAt(T));
+    if (pixelMotion(T, T_texture) > 3) {
+      T_texture = T;
+      alignPatches();
+    }
     estimate.observations =
         search_.search(*picture_, T, samples.used, memory_, search_ranges_px[round], T_before_);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
-    Cue* const cues[] = {&edges, &texture_, &expected};
+    Cue* const cues[] = {&edges, &texture_, &printed_, &expected};
     limits.motion = motionWithin(search_ranges_px[round], T, samples.used);
     const PoseSolution solution = solvePose(T, cues, limits);
     T = solution.T_camera_model;
     estimate.edges = solution.cues[0];
-    estimate.by_image = solution.cues[0].hessian + solution.cues[1].hessian;
+    estimate.print_sigma_px =
+        solution.cues[2].residuals >= kFewestOfPrint ? solution.cues[2].sigma_px : 0;
+    estimate.by_image =
+        solution.cues[0].hessian + solution.cues[1].hessian + solution.cues[2].hessian;
     estimate.own_covariance =
         covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
     // Texture is told by poses of earlier frames, whose edges were displaced likewise: the edges
-    // alone, and what was known before, say what the shared errors come to.
+    // alone, the print, and what was known before, say what the shared errors come to.
     const Matrix6d known =
         prior && prior->independent ? prior->weightOf(T) * prior->information : known_;
     const Matrix6d by_edges =
-        covarianceFromHessian(estimate.edges.hessian + known, kUnknownSigmaM, kUnknownSigmaRad);
+        covarianceFromHessian(estimate.edges.hessian + solution.cues[2].hessian + known,
+                              kUnknownSigmaM, kUnknownSigmaRad);
     estimate.covariance =
         estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
   }
   estimate.observations =
       search_.search(*picture_, T, samples.used, memory_, kHealthRange, T_before_);
   const VisibleSamples visible = countSamples(samples, T);
-  estimate.health = assessHealth(visible, estimate.observations, texture_, options_);
+  estimate.health = assessHealth(visible, estimate.observations, texture_, printed_, options_);
   estimate.covariance *= doubtOf(visible, estimate.health);
   estimate.fit = fitOf(visible, estimate.observations);
   return estimate;
@@ -301,8 +329,9 @@ void PoseRefiner::remember(const Estimate& estimate) {
   surface_.learn(*picture_, estimate.T_camera_model, cover);
   learnContrast(estimate.observations);
   texture_.correctKeyframe(estimate.edges);
-  if (texture_.empty() || texture_.keyframeNeeded(estimate.T_camera_model))
-    texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance, cover);
+  if (!print_.isComplete() && texture_.keyframeNeeded(estimate.T_camera_model))
+    texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance, cover,
+                         print_);
 }
 
 void PoseRefiner::learnContrast(const std::vector<EdgeObservation>& observations) {

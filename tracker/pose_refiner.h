@@ -15,6 +15,7 @@
 #include "tracker/motion_filter.h"
 #include "tracker/particle_filter.h"
 #include "tracker/pose_solver.h"
+#include "tracker/print.h"
 #include "tracker/surface_look.h"
 #include "tracker/texture_cue.h"
 
@@ -34,6 +35,10 @@ struct Estimate {
   // How sharply the edges agree, in [0, 1]: what tells the right one of two poses that both look
   // healthy. Its level depends on blur and model: to compare poses in one image only.
   double fit = 0;
+  double print_sigma_px = 0;  // of the print's patches; 0 = too few were found
+
+  // Of two estimates in one image: by the print where it makes a difference, else by the edges.
+  bool isSharperThan(const Estimate& other) const;
 };
 
 // What is made of parts of the surface that do not look as before. Where the last pose was right
@@ -131,6 +136,8 @@ class PoseRefiner {
   const TrackerOptions& options_;
   const EdgeSearch search_;
   TextureCue texture_;
+  const Print print_;
+  TextureCue printed_;
   SurfaceLook surface_;
   CoverMap changed_;  // parts of the current image, seen from T_changed_
   std::optional<SE3> T_changed_;

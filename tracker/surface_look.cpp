@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "tracker/surface_points.h"
 
 namespace diorama {
 namespace {
@@ -78,6 +79,13 @@ bool CoverMap::isCovered(const Vector2d& u_px) const {
   return known >= kFewestKnown && 2 * changed > known;
 }
 
+bool CoverMap::touches(const Vector2d& u, double reach) const {
+  for (const double x : {-reach, 0.0, reach})
+    for (const double y : {-reach, 0.0, reach})
+      if (isCovered(u + Vector2d(x, y))) return true;
+  return false;
+}
+
 SurfaceLook::SurfaceLook(const Mesh& mesh, const Vector3d& centre_object, const Camera& camera,
                          const RayQuery& rays, int object, const TrackerOptions& options)
     : centre_object_(centre_object),
@@ -86,35 +94,9 @@ SurfaceLook::SurfaceLook(const Mesh& mesh, const Vector3d& centre_object, const 
       object_(object),
       options_(options),
       tolerance_(static_cast<float>(options.surface_tolerance)) {
-  if (options_.surface_points > 0) scatter(mesh);
-}
-
-// Points at equal steps of the surface's area, spread within their triangles by the golden ratio.
-void SurfaceLook::scatter(const Mesh& mesh) {
-  double area = 0;
-  const auto sides = [&](const Eigen::Vector3i& t) {
-    const Vector3d a = mesh.positions[static_cast<size_t>(t[0])].cast<double>();
-    const Vector3d b = mesh.positions[static_cast<size_t>(t[1])].cast<double>();
-    const Vector3d c = mesh.positions[static_cast<size_t>(t[2])].cast<double>();
-    return std::array<Vector3d, 3>{a, b - a, c - a};
-  };
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto [a, ab, ac] = sides(t);
-    area += ab.cross(ac).norm() / 2;
-  }
-  const double step = area / options_.surface_points;
-  if (!(step > 0)) return;
-  double passed = 0, next = step / 2;
-  for (const Eigen::Vector3i& t : mesh.triangles) {
-    const auto [a, ab, ac] = sides(t);
-    const Vector3d n = ab.cross(ac);
-    for (passed += n.norm() / 2; next < passed; next += step) {
-      const double k = static_cast<double>(points_.size());
-      double u = std::fmod(k * (std::numbers::phi - 1), 1), v = std::fmod(k * 0.7548776662, 1);
-      if (u + v > 1) u = 1 - u, v = 1 - v;
-      points_.push_back({a + u * ab + v * ac - centre_object_, n.normalized()});
-    }
-  }
+  if (options_.surface_points == 0) return;
+  for (const SurfacePoint& s : scatterPoints(mesh, options_.surface_points))
+    points_.push_back({s.p - centre_object_, s.normal});
 }
 
 std::vector<SurfaceLook::Sight> SurfaceLook::look(const EdgePicture& picture, const SE3& T) const {

@@ -24,6 +24,8 @@ class CoverMap {
   // Whether most of the points around, of those that are known, do not look as before: so many of
   // them that a pose that is off by some pixels does not explain it.
   bool isCovered(const Vector2d& u_px) const;
+  // Whether that is so anywhere in a square around.
+  bool touches(const Vector2d& u_px, double reach_px) const;
 
  private:
   static constexpr int kCells = 12;  // along the longer side
@@ -63,7 +65,6 @@ class SurfaceLook {
     Vector3f value;  // levels
   };
 
-  void scatter(const Mesh& mesh);
   std::vector<Sight> look(const EdgePicture& picture, const SE3& T_camera_model) const;
   static float differenceOf(const Vector3f& value, const Point& point);
   float toleranceOf(const Point& point) const;

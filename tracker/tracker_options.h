@@ -43,6 +43,7 @@ struct TrackerOptions {
   double edge_correlation = 8;       // neighbouring samples of one edge
   double edge_offset_px = 0.25;      // displacement that a whole side of the outline shares
   double texture_correlation = 4;    // patches under one light and blur
+  double print_correlation = 1.5;    // ... of the print, whose place is known
   double keyframe_correlation = 30;  // edges of consecutive frames
   double damping = 1e-4;             // of each normal equation, relative
 
@@ -53,6 +54,7 @@ struct TrackerOptions {
 
   // Texture patches of a keyframe.
   int texture_patches = 40;
+  int print_patches = 30;              // of the model's own textures
   double patch_correlation = 0.8;      // smallest normalised correlation of an aligned patch
   double keyframe_agreement = 0.5;     // a new keyframe when fewer patches agree,
   double keyframe_view_cosine = 0.94;  // when the view turned by 20 degrees
@@ -120,12 +122,14 @@ struct TrackerOptions {
     v("edge_correlation", edge_correlation, Range{1, 1000});
     v("edge_offset_px", edge_offset_px, kNotNegative);
     v("texture_correlation", texture_correlation, Range{1, 1000});
+    v("print_correlation", print_correlation, Range{1, 1000});
     v("keyframe_correlation", keyframe_correlation, Range{1, 1000});
     v("damping", damping, kNotNegative);
     v("direct_points", direct_points, Range{0, 10000});
     v("direct_iterations", direct_iterations, Range{1, 100});
     v("direct_vote_px", direct_vote_px, kNotNegative);
     v("texture_patches", texture_patches, Range{0, 1000});
+    v("print_patches", print_patches, Range{0, 1000});
     v("patch_correlation", patch_correlation, kFraction);
     v("keyframe_agreement", keyframe_agreement, kFraction);
     v("keyframe_view_cosine", keyframe_view_cosine, Range{-1, 1});

@@ -63,13 +63,14 @@ class BoxRays : public RayQuery {
                                    const Vector3d& direction) const override {
     const auto t = enter(origin, direction);
     if (!t) return std::nullopt;
-    RayHit hit{origin + *t * direction, Vector3d::Zero()};
+    RayHit hit{origin + *t * direction, Vector3d::Zero(), -1};
     double nearest = std::numeric_limits<double>::infinity();
     for (int k = 0; k < 3; ++k)
       for (const auto& [plane, sign] : {std::pair(box_.low[k], -1.0), std::pair(box_.high[k], 1.0)})
         if (std::abs(hit.p_object[k] - plane) < nearest) {
           nearest = std::abs(hit.p_object[k] - plane);
           hit.normal = sign * Vector3d::Unit(k);
+          hit.triangle = 2 * (2 * k + (sign > 0));  // the first of the side's two
         }
     return hit;
   }
@@ -116,9 +117,12 @@ struct BoxScene {
       return 90 + clutter * (p > 0.1 ? 1 : p < -0.3 ? -1 : 0);
     }
     const int axis = hit->normal.cwiseAbs().maxCoeff() > 0.9 ? majorAxis(hit->normal) : 0;
-    const int side = hit->normal[axis] > 0;
-    const double p =
-        pattern(hit->p_object[(axis + 1) % 3], hit->p_object[(axis + 2) % 3], 0.06, axis);
+    return printAt(hit->p_object, axis, hit->normal[axis] > 0);
+  }
+
+  // On the box's side that faces along an axis, or against it.
+  double printAt(const Vector3d& p_object, int axis, int side) const {
+    const double p = pattern(p_object[(axis + 1) % 3], p_object[(axis + 2) % 3], 0.06, axis);
     return 150 + 25 * axis - 30 * side + print * (p > 0.2 ? 1 : p < -0.2 ? -1 : 0);
   }
 

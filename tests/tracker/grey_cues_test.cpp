@@ -26,6 +26,7 @@ struct GreyCues : testing::Test {
   SE3 T = test::boxPose() * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
   Frame frame = scene.draw(test::boxPose(), 0);
   ImagePyramid image;
+  Print no_print{test::boxMesh(), model.centre_object, scene.camera, scene.rays, 0};
   void SetUp() override { image.build(frame.gray); }
 
   static SE3 moved(const SE3& T, double scale) {
@@ -78,9 +79,9 @@ TEST_F(GreyCues, DirectAlignmentIgnoresBrightness) {
 }
 
 TEST_F(GreyCues, TextureAloneFindsThePose) {
-  TextureCue texture(model, scene.camera, scene.rays, 0, options);
+  TextureCue texture(model, scene.camera, scene.rays, 0, options, options.texture_correlation);
   EXPECT_TRUE(texture.empty());
-  texture.setKeyframe(frame.gray, T, Matrix6d::Zero(), {});
+  texture.setKeyframe(frame.gray, T, Matrix6d::Zero(), {}, no_print);
   ASSERT_FALSE(texture.empty());
   const SE3 truth = test::boxPose(0.1) * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
   const Frame next = scene.draw(test::boxPose(0.1), 1);
@@ -102,8 +103,8 @@ TEST_F(GreyCues, TextureAloneFindsThePose) {
 }
 
 TEST_F(GreyCues, TextureIsNotFoundWhereItIsNot) {
-  TextureCue texture(model, scene.camera, scene.rays, 0, options);
-  texture.setKeyframe(frame.gray, T, Matrix6d::Zero(), {});
+  TextureCue texture(model, scene.camera, scene.rays, 0, options, options.texture_correlation);
+  texture.setKeyframe(frame.gray, T, Matrix6d::Zero(), {}, no_print);
   const Frame empty = scene.draw(test::boxPose(), 1, true);
   texture.align(empty.gray, T, {});
   texture.linearise(T);

@@ -23,8 +23,8 @@ double healthOf(const VisibleSamples& visible, const std::vector<EdgeObservation
   const test::BoxScene scene;
   const TrackerOptions options;
   const EdgeModel model = makeEdgeModel(test::boxMesh(), options);
-  const TextureCue none(model, scene.camera, scene.rays, 0, options);
-  return assessHealth(visible, observations, none, options).value;
+  const TextureCue none(model, scene.camera, scene.rays, 0, options, 1);
+  return assessHealth(visible, observations, none, none, options).value;
 }
 
 TEST(Health, IsTheShareOfSamplesWithAnEdge) {
