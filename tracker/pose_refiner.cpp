@@ -92,6 +92,7 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     const PoseSolution solution = solvePose(T, cues, limits);
     T = solution.T_camera_model;
     estimate.edges = solution.cues[0];
+    estimate.given_keyframe = texture_.givenKeyframe();
     estimate.print_sigma_px =
         solution.cues[2].residuals >= kFewestOfPrint ? solution.cues[2].sigma_px : 0;
     estimate.by_image =
@@ -328,7 +329,7 @@ void PoseRefiner::remember(const Estimate& estimate) {
   const CoverMap& cover = coverAt(estimate.T_camera_model);
   surface_.learn(*picture_, estimate.T_camera_model, cover);
   learnContrast(estimate.observations);
-  texture_.correctKeyframe(estimate.edges);
+  texture_.correctKeyframe(estimate.given_keyframe, estimate.edges);
   if (!print_.isComplete() && texture_.keyframeNeeded(estimate.T_camera_model))
     texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance, cover,
                          print_);

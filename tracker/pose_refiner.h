@@ -30,6 +30,7 @@ struct Estimate {
   Matrix6d by_image = Matrix6d::Zero();  // information of all cues but a prior
   bool by_prediction = false;            // a prior was among the cues
   CueEquations edges;
+  CueEquations given_keyframe;  // of the texture, were its keyframe's pose exact
   std::vector<EdgeObservation> observations;
   TrackHealth health;
   // How sharply the edges agree, in [0, 1]: what tells the right one of two poses that both look

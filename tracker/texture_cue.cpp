@@ -146,12 +146,12 @@ CueEquations TextureCue::linearise(const SE3& T) {
 }
 
 // The same cost with the other cue's x' Ho x / 2 + go' x, minimised over x instead.
-void TextureCue::correctKeyframe(const CueEquations& other) {
+void TextureCue::correctKeyframe(const CueEquations& given_keyframe, const CueEquations& other) {
   // The other cue errs alike in neighbouring frames.
   const Matrix6d Ho = other.hessian / options_.keyframe_correlation;
   const Vector6d go = other.gradient / options_.keyframe_correlation;
-  const Matrix6d& H = given_keyframe_.hessian;
-  const Vector6d& g = given_keyframe_.gradient;
+  const Matrix6d& H = given_keyframe.hessian;
+  const Vector6d& g = given_keyframe.gradient;
   Matrix6d both = Ho + H;
   both.diagonal() *= 1 + options_.damping;
   const Eigen::LDLT<Matrix6d> solver(both);

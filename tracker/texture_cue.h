@@ -39,9 +39,12 @@ class TextureCue : public Cue {
   // is marginalised: however many patches there are, they know no more than the keyframe's pose.
   CueEquations linearise(const SE3& T_camera_model) override;
 
-  // Learns the keyframe's error from what another cue says at the pose of the last linearisation,
-  // and moves the patches accordingly.
-  void correctKeyframe(const CueEquations& other);
+  // What the last linearisation would have been, were the keyframe's pose exact.
+  const CueEquations& givenKeyframe() const { return given_keyframe_; }
+
+  // Learns the keyframe's error from what it and another cue say at one pose, and moves the patches
+  // accordingly.
+  void correctKeyframe(const CueEquations& given_keyframe, const CueEquations& other);
 
   // Patches that were found within max_distance_px of where the last linearisation saw them, and
   // all that could have been found (inside the image, facing the camera).
@@ -64,7 +67,7 @@ class TextureCue : public Cue {
   std::vector<Patch> patches_;
   SE3 T_keyframe_;
   Matrix6d keyframe_covariance_ = Matrix6d::Zero();
-  CueEquations given_keyframe_;  // of the last linearisation, were the keyframe's pose exact
+  CueEquations given_keyframe_;
   std::vector<double> absolute_;
 };
 
