@@ -1,5 +1,5 @@
-// A triangle mesh with the attributes that a renderer needs; estimators use positions, triangles and
-// textures.
+// A triangle mesh with the attributes that a renderer needs; estimators use positions, triangles
+// and textures.
 #pragma once
 
 #include <Eigen/Core>

@@ -56,10 +56,9 @@ TrackHealth assessHealth(const VisibleSamples& visible,
   // Texture that disagrees is a warning; that it agrees proves little, for it may have been learned
   // on a wrong pose.
   const TextureCue::Agreement learned = texture.agreement(options.inlier_px);
-  if (learned.expected >= kFewestPatches) {
-    health.texture_agreement = learned.agreeing / static_cast<double>(learned.expected);
-    health.value *= std::min(1.0, kWithoutTexture + health.texture_agreement);
-  }
+  if (learned.expected >= kFewestPatches)
+    health.value *=
+        std::min(1.0, kWithoutTexture + learned.agreeing / static_cast<double>(learned.expected));
   // Print was not: some of it is proof, however much of the rest is covered.
   const TextureCue::Agreement print = printed.agreement(options.inlier_px);
   if (print.expected >= kFewestPatches) {

@@ -11,10 +11,9 @@
 namespace diorama {
 
 struct TrackHealth {
-  double value = 0;               // in [0, 1]
-  double edge_agreement = 0;      // share of visible samples with an agreeing edge, beyond chance
-  double texture_agreement = -1;  // patches that agree, over expected ones; -1 = too few to tell
-  std::string reason;             // why nothing can be said; empty otherwise
+  double value = 0;           // in [0, 1]
+  double edge_agreement = 0;  // share of visible samples with an agreeing edge, beyond chance
+  std::string reason;         // why nothing can be said; empty otherwise
 };
 
 // How far around a sample the health looks for edges, steps of its profile.

@@ -16,16 +16,16 @@
 #include <cmath>
 
 #include "core/errors.h"
-#include "tracker/direct_alignment.h"
 #include "tracker/edge_model.h"
+#include "tracker/followed_motion.h"
+#include "tracker/frame_alignment.h"
 #include "tracker/image_pyramid.h"
 #include "tracker/pose_refiner.h"
+#include "tracker/start_search.h"
+#include "tracker/track_report.h"
 
 namespace diorama {
 namespace {
-
-// After a longer gap the old velocity says nothing.
-constexpr double kLongestExtrapolation_s = 0.5;
 
 // An object that is followed does not turn by so much from frame to frame.
 constexpr double kLeap_rad = 0.35;
@@ -46,11 +46,7 @@ class EdgeTracker::Implementation {
   enum class State { kWaiting, kStarting, kTracking, kDoubtful, kLost };
 
   std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
-  double secondsSince(int64_t timestamp_ns) const;
-  std::optional<PosePrior> expectedAt(int64_t timestamp_ns) const;
   SE3 predict(int64_t timestamp_ns) const;
-  SE3 alignFromLast(const SE3& predicted);
-  bool isCertain(const Matrix6d& covariance) const;
   bool isHeld() const { return state_ == State::kTracking || state_ == State::kDoubtful; }
   bool isNearLast(const Estimate& estimate, double distance_px) const;
   void begin(const SE3& T_camera_model);
@@ -60,51 +56,44 @@ class EdgeTracker::Implementation {
   Estimate follow(const Frame& frame);
   Estimate refineEither(const SE3& aligned, const SE3& predicted,
                         const std::optional<PosePrior>& expected);
-  Estimate startAt(const SE3& start, const std::optional<PosePrior>& prior, uint32_t frame_index);
-  void learnMotion(const Estimate& estimate, double seconds, bool good);
+  Estimate startAt(const SE3& start, const std::optional<PosePrior>& prior, const Frame& frame) {
+    return searchFromStart(start, prior, static_cast<uint32_t>(frame.index), frames_.isGood(),
+                           options_, refiner_, filter_);
+  }
   void accept(const Estimate& estimate, int64_t timestamp_ns, bool good);
   ObjectMeasurement lose(const Frame& frame, const TrackHealth& health);
-  ObjectMeasurement report(const Frame& frame, const Estimate& estimate, bool good) const;
-  ObjectMeasurement notClaimed(const Frame& frame, const std::string& reason) const;
-
-  SE3 toModel(const SE3& T_camera_object) const;
-  SE3 toObject(const SE3& T_camera_model) const;
 
   const TrackerOptions options_;
-  const std::string source_name_, object_name_;
   const Camera camera_;
   const std::shared_ptr<const RayQuery> rays_;
   const EdgeModel model_;
-  DirectAlignment direct_;
+  const TrackReport report_;
+  FrameAlignment frames_;
   PoseRefiner refiner_;
   ParticleFilter filter_;
   ImagePyramid image_;
 
   State state_ = State::kWaiting;
-  SE3 T_last_;                   // T_camera_model of the last frame that was not lost
-  SE3 T_good_;                   // ... of the last frame that was good, or as given
-  int doubts_ = 0;               // frames in a row that were not good
-  bool reference_good_ = false;  // the grey values of direct_ are of a good frame
-  bool starting_ = false;        // no good frame since the last given start
-  int64_t last_ns_ = 0;
-  MotionFilter motion_;     // while it is followed
-  double usual_cost_ = -1;  // of the direct alignment when it went well; -1 = unknown
+  SE3 T_last_;             // T_camera_model of the last frame that was not lost
+  SE3 T_good_;             // ... of the last frame that was good, or as given
+  int doubts_ = 0;         // frames in a row that were not good
+  bool starting_ = false;  // no good frame since the last given start
+  FollowedMotion motion_;  // since it is good
 };
 
 EdgeTracker::Implementation::Implementation(ObjectModel object, Camera camera,
                                             std::shared_ptr<const RayQuery> rays, int object_index,
                                             TrackerOptions options, std::string source_name)
     : options_(options),
-      source_name_(std::move(source_name)),
-      object_name_(object.name),
       camera_(std::move(camera)),
       rays_(std::move(rays)),
       model_(makeEdgeModel(object.mesh, options_)),
-      direct_(model_, camera_, *rays_, object_index, options_),
+      report_(std::move(source_name), object.name, model_.centre_object, options_),
+      frames_(model_, camera_, *rays_, object_index, options_),
       refiner_(model_, object.mesh, camera_, *rays_, object_index, options_),
       filter_(options_.filter, options_.particles, static_cast<uint64_t>(options_.seed)) {
   if (model_.edges.empty())
-    throw InputError(SourcePlace{object_name_}, "the mesh has no edges that can be seen",
+    throw InputError(SourcePlace{object.name}, "the mesh has no edges that can be seen",
                      "give a mesh with faces of non-zero area");
 }
 
@@ -119,11 +108,11 @@ std::string EdgeTracker::Implementation::problemOf(
 ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
                                                      const std::optional<ObjectPrediction>& start) {
   if (const std::string problem = problemOf(frame, start); !problem.empty())
-    return notClaimed(frame, problem);
+    return report_.notClaimed(frame, T_last_, problem);
   if (start)
-    begin(toModel(start->T_camera_object));
+    begin(report_.toModel(start->T_camera_object));
   else if (state_ == State::kWaiting)
-    return notClaimed(frame, "no pose to start from");
+    return report_.notClaimed(frame, T_last_, "no pose to start from");
   image_.build(frame.gray);
   Estimate estimate = estimateFrom(frame, start);
   const double needed = healthNeeded(estimate, start);
@@ -132,7 +121,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   if (estimate.health.value < options_.lost_health || doubts_ > options_.doubtful_frames)
     return lose(frame, estimate.health);
   accept(estimate, frame.timestamp_ns, good);
-  return report(frame, estimate, good);
+  return report_.of(frame, estimate, good);
 }
 
 // The object may be elsewhere now: what it looked like still holds, how it moved does not.
@@ -150,20 +139,20 @@ Estimate EdgeTracker::Implementation::estimateFrom(const Frame& frame,
                                                    const std::optional<ObjectPrediction>& start) {
   // Where it is known to be, what looks otherwise is something that covers it.
   const bool verified = start && start->verified;
-  const bool expected = start && isCertain(start->covariance);
+  const bool expected = start && report_.isCertain(start->covariance);
   refiner_.setImage(frame,
                     isHeld() || verified || expected ? Covers::kLeftOut : Covers::kAgainstPose);
-  const uint32_t index = static_cast<uint32_t>(frame.index);
-  if (!starting_ && (state_ != State::kLost || reference_good_)) return follow(frame);
+  if (!starting_ && (state_ != State::kLost || frames_.isGood())) return follow(frame);
   // What other evidence there is for it counts; what is expected by this tracker's poses does not.
   const auto prior = start ? independentPrior(*start, model_) : std::nullopt;
-  Estimate estimate =
-      startAt(start ? T_last_ : alignFromLast(predict(frame.timestamp_ns)), prior, index);
+  Estimate estimate = startAt(
+      start ? T_last_ : frames_.align(image_, predict(frame.timestamp_ns), T_last_, refiner_),
+      prior, frame);
   if (prior) refiner_.setKnown(prior->weightOf(estimate.T_camera_model) * prior->information);
   if (!expected || verified || isNearLast(estimate, options_.wide_search_px)) return estimate;
   // It is not there: a start as any other.
   refiner_.setImage(frame, Covers::kAgainstPose);
-  return startAt(T_last_, std::nullopt, index);
+  return startAt(T_last_, std::nullopt, frame);
 }
 
 double EdgeTracker::Implementation::healthNeeded(
@@ -181,8 +170,8 @@ double EdgeTracker::Implementation::healthNeeded(
 bool EdgeTracker::Implementation::improve(const Frame& frame, double needed, Estimate& estimate) {
   const bool held = isHeld();
   if (held && !isNearLast(estimate, kSmearing_px)) {
-    Estimate smeared =
-        refiner_.refineSmeared(estimate.T_camera_model, T_last_, expectedAt(frame.timestamp_ns));
+    Estimate smeared = refiner_.refineSmeared(estimate.T_camera_model, T_last_,
+                                              motion_.expectedAt(frame.timestamp_ns));
     if (smeared.health.value > estimate.health.value) estimate = std::move(smeared);
     if (estimate.health.value >= needed) return true;
   }
@@ -193,9 +182,9 @@ bool EdgeTracker::Implementation::improve(const Frame& frame, double needed, Est
       return true;
     }
   }
-  if (!reference_good_) return false;
+  if (!frames_.isGood()) return false;
   if (!held) refiner_.setImage(frame, Covers::kAgainstPose);  // it is sought anywhere now
-  Estimate rescued = refiner_.refine(direct_.search(image_, predict(frame.timestamp_ns), T_last_,
+  Estimate rescued = refiner_.refine(frames_.search(image_, predict(frame.timestamp_ns), T_last_,
                                                     static_cast<uint32_t>(frame.index)));
   if (rescued.health.value <= estimate.health.value) return false;
   estimate = std::move(rescued);
@@ -206,24 +195,19 @@ bool EdgeTracker::Implementation::isNearLast(const Estimate& estimate, double di
   return refiner_.pixelMotion(estimate.T_camera_model, T_last_) < distance_px;
 }
 
-bool EdgeTracker::Implementation::isCertain(const Matrix6d& covariance) const {
-  return std::sqrt(covariance.topLeftCorner<3, 3>().trace()) <= options_.claim_sigma_m &&
-         std::sqrt(covariance.bottomRightCorner<3, 3>().trace()) <= options_.claim_sigma_rad;
-}
-
 // The pose of this frame from that of the last: by one hypothesis, or by the filter's mean.
 Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
-  const std::optional<PosePrior> expected = expectedAt(frame.timestamp_ns);
+  const std::optional<PosePrior> expected = motion_.expectedAt(frame.timestamp_ns);
   if (options_.particles == 1) {
     const SE3 predicted = predict(frame.timestamp_ns);
-    return refineEither(alignFromLast(predicted), predicted, expected);
+    return refineEither(frames_.align(image_, predicted, T_last_, refiner_), predicted, expected);
   }
-  const double seconds = secondsSince(frame.timestamp_ns);
+  const double seconds = motion_.secondsSince(frame.timestamp_ns);
   const uint32_t index = static_cast<uint32_t>(frame.index);
   if (!filter_.started()) filter_.start(T_last_);
-  filter_.propagate(std::min(seconds, kLongestExtrapolation_s), index);
+  filter_.propagate(std::min(seconds, FollowedMotion::kLongestExtrapolation_s), index);
   const SE3 predicted = weightedMean(filter_.particles()).T;
-  const SE3 aligned = alignFromLast(predicted);
+  const SE3 aligned = frames_.align(image_, predicted, T_last_, refiner_);
   filter_.shift(predicted.inverse() * aligned);
   const std::vector<int> samples = refiner_.visibleSamples(aligned, options_.filter.max_samples);
   const std::vector<int> ranges(static_cast<size_t>(options_.filter.rounds),
@@ -247,160 +231,54 @@ Estimate EdgeTracker::Implementation::refineEither(const SE3& aligned, const SE3
   return other.isSharperThan(best) ? other : best;
 }
 
-// From a given pose: directly, and where that does not end beyond doubt, by annealed particles
-// around it, unless it is known how the object looked before: round things have many poses that
-// look right.
-Estimate EdgeTracker::Implementation::startAt(const SE3& start,
-                                              const std::optional<PosePrior>& prior,
-                                              uint32_t frame_index) {
-  const FilterOptions& options = options_.filter;
-  Estimate best = refiner_.refineStart(start, prior);
-  // A start that the image leaves where it was needs no comparison; with good grey values the
-  // rescue does as well, and costs less.
-  const bool kept = best.health.value >= options_.start_health &&
-                    refiner_.pixelMotion(best.T_camera_model, start) < options_.narrow_search_px;
-  if (kept || best.health.value >= options_.certain_health || options.start_particles == 0 ||
-      reference_good_)
-    return refiner_.searchNeighbours(best, prior);
-  const std::vector<int> ranges{options.start_search_px, options.search_px};
-  const auto judge = [&](const SE3& T) {
-    return refiner_.judge(T, refiner_.visibleSamples(T, options.max_samples), ranges);
-  };
-  const std::vector<SE3> found = filter_.anneal(start, judge, frame_index);
-  for (size_t k = 0; k < found.size() && k < static_cast<size_t>(options.start_finalists); ++k) {
-    Estimate other = refiner_.refine(found[k], prior);
-    if (other.fit > best.fit) best = std::move(other);
-  }
-  return refiner_.searchNeighbours(best, prior);
-}
-
 ObjectMeasurement EdgeTracker::Implementation::examine(const Frame& frame,
                                                        const ObjectPrediction& start) {
   if (const std::string problem = problemOf(frame, start); !problem.empty())
-    return notClaimed(frame, problem);
+    return report_.notClaimed(frame, T_last_, problem);
   image_.build(frame.gray);
   refiner_.setImage(frame, Covers::kIgnored);
   const Estimate estimate =
-      refiner_.refineStart(toModel(start.T_camera_object), independentPrior(start, model_));
-  return report(frame, estimate, estimate.health.value >= options_.start_health);
+      refiner_.refineStart(report_.toModel(start.T_camera_object), independentPrior(start, model_));
+  return report_.of(frame, estimate, estimate.health.value >= options_.start_health);
 }
 
 // Holds the last good pose, the reference and the contrast: the object may reappear.
 ObjectMeasurement EdgeTracker::Implementation::lose(const Frame& frame, const TrackHealth& health) {
   state_ = State::kLost;
-  starting_ = starting_ && !reference_good_;  // later starts are not tried for ever
+  starting_ = starting_ && !frames_.isGood();  // later starts are not tried for ever
   T_last_ = T_good_;
   motion_.stop();
   refiner_.setKnown(Matrix6d::Zero());
   filter_.stop();
-  ObjectMeasurement measurement = notClaimed(
-      frame, "lost: " + (health.reason.empty() ? "hardly an edge agrees with any pose tried"
-                                               : health.reason));
+  ObjectMeasurement measurement = report_.notClaimed(
+      frame, T_last_,
+      "lost: " +
+          (health.reason.empty() ? "hardly an edge agrees with any pose tried" : health.reason));
   measurement.health = health.value;
   return measurement;
 }
 
-void EdgeTracker::Implementation::learnMotion(const Estimate& estimate, double seconds, bool good) {
-  if (!good)
-    motion_.stop();
-  else if (!motion_.started() || !(seconds > 0) || seconds > kLongestExtrapolation_s)
-    motion_.start(estimate.T_camera_model, estimate.covariance);
-  else if (estimate.by_prediction)
-    motion_.correct(seconds, estimate.T_camera_model, estimate.by_image);
-  else
-    motion_.jump(seconds, estimate.T_camera_model, estimate.covariance);
-}
-
 void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t timestamp_ns,
                                          bool good) {
-  learnMotion(estimate, secondsSince(timestamp_ns), good);
+  motion_.learn(estimate, timestamp_ns, good);
   state_ = good ? State::kTracking : State::kDoubtful;
   T_last_ = estimate.T_camera_model;
-  last_ns_ = timestamp_ns;
   if (!good) {
     // An unconfirmed start is carried by its grey values, lest it drifts away before it is proven.
-    if (starting_ && !reference_good_) direct_.setReference(image_, T_last_, {});
+    if (starting_ && !frames_.isGood()) frames_.setReference(image_, T_last_, {}, false);
     return;
   }
   starting_ = false;
   T_good_ = T_last_;
-  direct_.setReference(image_, T_good_, refiner_.coverAt(T_good_));
-  reference_good_ = direct_.ready();
+  frames_.setReference(image_, T_good_, refiner_.coverAt(T_good_), true);
+
   // What is followed uncertainly, half covered, must not change what is known of the object.
-  if (isCertain(estimate.covariance)) refiner_.remember(estimate);
-}
-
-double EdgeTracker::Implementation::secondsSince(int64_t timestamp_ns) const {
-  return std::max(0.0, 1e-9 * static_cast<double>(timestamp_ns - last_ns_));
-}
-
-std::optional<PosePrior> EdgeTracker::Implementation::expectedAt(int64_t timestamp_ns) const {
-  const double seconds = secondsSince(timestamp_ns);
-  if (!motion_.started() || seconds > kLongestExtrapolation_s) return std::nullopt;
-  return motion_.predict(seconds);
+  if (report_.isCertain(estimate.covariance)) refiner_.remember(estimate);
 }
 
 SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
-  const std::optional<PosePrior> expected = expectedAt(timestamp_ns);
+  const std::optional<PosePrior> expected = motion_.expectedAt(timestamp_ns);
   return expected ? expected->T_camera_model : T_last_;
-}
-
-// Direct alignment from the prediction, and from the last pose when that ended badly.
-SE3 EdgeTracker::Implementation::alignFromLast(const SE3& predicted) {
-  if (!direct_.ready()) return predicted;
-  DirectAlignment::Result best = direct_.align(image_, predicted);
-  const bool bad = usual_cost_ < 0 || best.cost > 1.5 * (usual_cost_ + 0.5);
-  if (bad && refiner_.pixelMotion(best.T_camera_model, T_last_) > 4) {
-    const DirectAlignment::Result other = direct_.align(image_, T_last_);
-    if (other.cost < best.cost) best = other;
-  }
-  usual_cost_ = usual_cost_ < 0
-                    ? best.cost
-                    : usual_cost_ + 0.2 * (std::min(best.cost, 2 * usual_cost_ + 1) - usual_cost_);
-  // It can lock onto a static textured occluder: after a large step the edges vote.
-  if (refiner_.pixelMotion(best.T_camera_model, predicted) > options_.direct_vote_px &&
-      refiner_.edgeScore(predicted) > refiner_.edgeScore(best.T_camera_model) + 0.1)
-    return predicted;
-  return best.T_camera_model;
-}
-
-ObjectMeasurement EdgeTracker::Implementation::report(const Frame& frame, const Estimate& estimate,
-                                                      bool good) const {
-  ObjectMeasurement m;
-  m.source = source_name_;
-  m.object = object_name_;
-  m.timestamp_ns = frame.timestamp_ns;
-  m.T_camera_object = toObject(estimate.T_camera_model);
-  const Matrix6d& covariance = estimate.covariance;
-  // T_camera_object = T_camera_model * shift, and exp(xi) moves through the shift by its adjoint.
-  const Matrix6d move = adjoint(SE3{Eigen::Quaterniond::Identity(), model_.centre_object});
-  m.covariance = move * covariance * move.transpose();
-  m.health = estimate.health.value;
-  if (!good)
-    m.reason = "too few edges agree with the pose";
-  else if (!isCertain(estimate.covariance))
-    m.reason = "the pose is too uncertain";
-  m.claimed = m.reason.empty();
-  return m;
-}
-
-ObjectMeasurement EdgeTracker::Implementation::notClaimed(const Frame& frame,
-                                                          const std::string& reason) const {
-  ObjectMeasurement m;
-  m.source = source_name_;
-  m.object = object_name_;
-  m.timestamp_ns = frame.timestamp_ns;
-  m.T_camera_object = toObject(T_last_);
-  m.reason = reason;
-  return m;
-}
-
-SE3 EdgeTracker::Implementation::toModel(const SE3& T_camera_object) const {
-  return T_camera_object * SE3{Eigen::Quaterniond::Identity(), model_.centre_object};
-}
-
-SE3 EdgeTracker::Implementation::toObject(const SE3& T_camera_model) const {
-  return T_camera_model * SE3{Eigen::Quaterniond::Identity(), -model_.centre_object};
 }
 
 EdgeTracker::EdgeTracker(ObjectModel model, Camera camera, std::shared_ptr<const RayQuery> rays,
