@@ -20,6 +20,12 @@ class FollowedMotion {
   // Nothing while the motion is unknown.
   std::optional<PosePrior> expectedAt(int64_t timestamp_ns) const;
 
+  // The pose expected; the last one while the motion is unknown.
+  SE3 predict(int64_t timestamp_ns, const SE3& last) const {
+    const auto expected = expectedAt(timestamp_ns);
+    return expected ? expected->T_camera_model : last;
+  }
+
   // The motion goes on from an estimate that is good, and is unknown after another.
   void learn(const Estimate& estimate, int64_t timestamp_ns, bool good);
   void stop() { filter_.stop(); }

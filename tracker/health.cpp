@@ -6,7 +6,6 @@
 namespace diorama {
 namespace {
 
-constexpr int kFewestPatches = 8;
 constexpr double kWithoutTexture = 0.5;  // factor when no patch agrees
 // So many patches of print make up for half of what the edges lack.
 constexpr double kManyPatches = 16, kByPrint = 0.5;

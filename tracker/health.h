@@ -19,6 +19,9 @@ struct TrackHealth {
 // How far around a sample the health looks for edges, steps of its profile.
 inline constexpr int kHealthRange = 6;
 
+// Fewer patches tell nothing.
+inline constexpr int kFewestPatches = 8;
+
 // How many samples of the outline a sample counts for: whether a crease inside shows in the picture
 // is up to the light.
 inline constexpr double kCreaseWeight = 0.5;

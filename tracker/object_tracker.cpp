@@ -46,9 +46,10 @@ class EdgeTracker::Implementation {
   enum class State { kWaiting, kStarting, kTracking, kDoubtful, kLost };
 
   std::string problemOf(const Frame& frame, const std::optional<ObjectPrediction>& start) const;
-  SE3 predict(int64_t timestamp_ns) const;
   bool isHeld() const { return state_ == State::kTracking || state_ == State::kDoubtful; }
-  bool isNearLast(const Estimate& estimate, double distance_px) const;
+  bool isNearLast(const Estimate& estimate, double distance_px) const {
+    return refiner_.pixelMotion(estimate.T_camera_model, T_last_) < distance_px;
+  }
   void begin(const SE3& T_camera_model);
   Estimate estimateFrom(const Frame& frame, const std::optional<ObjectPrediction>& start);
   double healthNeeded(const Estimate& estimate, const std::optional<ObjectPrediction>& start) const;
@@ -146,7 +147,9 @@ Estimate EdgeTracker::Implementation::estimateFrom(const Frame& frame,
   // What other evidence there is for it counts; what is expected by this tracker's poses does not.
   const auto prior = start ? independentPrior(*start, model_) : std::nullopt;
   Estimate estimate = startAt(
-      start ? T_last_ : frames_.align(image_, predict(frame.timestamp_ns), T_last_, refiner_),
+      start
+          ? T_last_
+          : frames_.align(image_, motion_.predict(frame.timestamp_ns, T_last_), T_last_, refiner_),
       prior, frame);
   if (prior) refiner_.setKnown(prior->weightOf(estimate.T_camera_model) * prior->information);
   if (!expected || verified || isNearLast(estimate, options_.wide_search_px)) return estimate;
@@ -184,22 +187,19 @@ bool EdgeTracker::Implementation::improve(const Frame& frame, double needed, Est
   }
   if (!frames_.isGood()) return false;
   if (!held) refiner_.setImage(frame, Covers::kAgainstPose);  // it is sought anywhere now
-  Estimate rescued = refiner_.refine(frames_.search(image_, predict(frame.timestamp_ns), T_last_,
-                                                    static_cast<uint32_t>(frame.index)));
+  Estimate rescued =
+      refiner_.refine(frames_.search(image_, motion_.predict(frame.timestamp_ns, T_last_), T_last_,
+                                     static_cast<uint32_t>(frame.index)));
   if (rescued.health.value <= estimate.health.value) return false;
   estimate = std::move(rescued);
   return estimate.health.value >= options_.start_health;
-}
-
-bool EdgeTracker::Implementation::isNearLast(const Estimate& estimate, double distance_px) const {
-  return refiner_.pixelMotion(estimate.T_camera_model, T_last_) < distance_px;
 }
 
 // The pose of this frame from that of the last: by one hypothesis, or by the filter's mean.
 Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
   const std::optional<PosePrior> expected = motion_.expectedAt(frame.timestamp_ns);
   if (options_.particles == 1) {
-    const SE3 predicted = predict(frame.timestamp_ns);
+    const SE3 predicted = motion_.predict(frame.timestamp_ns, T_last_);
     return refineEither(frames_.align(image_, predicted, T_last_, refiner_), predicted, expected);
   }
   const double seconds = motion_.secondsSince(frame.timestamp_ns);
@@ -226,7 +226,9 @@ Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
 Estimate EdgeTracker::Implementation::refineEither(const SE3& aligned, const SE3& predicted,
                                                    const std::optional<PosePrior>& expected) {
   Estimate best = refiner_.refine(aligned, expected);
-  if (refiner_.pixelMotion(aligned, predicted) <= options_.narrow_search_px) return best;
+  if (!refiner_.coverAt(aligned).any() ||
+      refiner_.pixelMotion(aligned, predicted) <= options_.narrow_search_px)
+    return best;
   Estimate other = refiner_.refine(predicted, expected);
   return other.isSharperThan(best) ? other : best;
 }
@@ -274,11 +276,6 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
 
   // What is followed uncertainly, half covered, must not change what is known of the object.
   if (report_.isCertain(estimate.covariance)) refiner_.remember(estimate);
-}
-
-SE3 EdgeTracker::Implementation::predict(int64_t timestamp_ns) const {
-  const std::optional<PosePrior> expected = motion_.expectedAt(timestamp_ns);
-  return expected ? expected->T_camera_model : T_last_;
 }
 
 EdgeTracker::EdgeTracker(ObjectModel model, Camera camera, std::shared_ptr<const RayQuery> rays,

@@ -16,8 +16,6 @@ constexpr double kUnknownSigmaRad = 1.0;
 // How much a view may change, before the print is seen anew: by 8 degrees, or this factor.
 constexpr double kPrintView = 0.99, kPrintScale = 1.2;
 
-constexpr int kFewestOfPrint = 16;  // scalars, of 8 patches
-
 constexpr double kClearlyBetter = 0.01;  // fit: about one sample in a hundred
 
 // Some edges of other things are taken for the object's: the more, the less of it is to be seen,
@@ -94,7 +92,7 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     estimate.edges = solution.cues[0];
     estimate.given_keyframe = texture_.givenKeyframe();
     estimate.print_sigma_px =
-        solution.cues[2].residuals >= kFewestOfPrint ? solution.cues[2].sigma_px : 0;
+        solution.cues[2].residuals >= 2 * kFewestPatches ? solution.cues[2].sigma_px : 0;
     estimate.by_image =
         solution.cues[0].hessian + solution.cues[1].hessian + solution.cues[2].hessian;
     estimate.own_covariance =

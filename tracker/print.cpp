@@ -83,6 +83,44 @@ float lightAt(const Image<uint16_t>& image, const Vector2d& u) {
   return top + b * (bottom - top);
 }
 
+// Of a patch's window with one pixel more on each side, row by row.
+constexpr int kLightSide = Patch::kWindowSide + 2;
+using Light = std::array<float, static_cast<size_t>(kLightSide) * kLightSide>;
+
+// Around the middle, where x and y are the steps to the next one. False where the texture ends.
+bool readLight(const Image<uint16_t>& image, const Vector2d& middle, const Vector2d& x,
+               const Vector2d& y, Light& light) {
+  constexpr int kReach = kLightSide / 2;
+  for (const int j : {-kReach, kReach})
+    for (const int i : {-kReach, kReach}) {
+      const Vector2d corner = middle + i * x + j * y;
+      if (!(corner.minCoeff() >= 0 && corner.x() < image.width - 1 &&
+            corner.y() < image.height - 1))
+        return false;
+    }
+  float* next = light.data();
+  for (int j = -kReach; j <= kReach; ++j)
+    for (int i = -kReach; i <= kReach; ++i) *next++ = lightAt(image, middle + i * x + j * y);
+  return true;
+}
+
+// Grey values behind a lens that blurs by half a pixel.
+Patch::Window blurred(const Light& light) {
+  constexpr float kBeside = 0.125f, kMiddle = 1 - 2 * kBeside;
+  const auto along = [](const float* p, int step) {
+    return kBeside * (p[-step] + p[step]) + kMiddle * p[0];
+  };
+  Light rows{};
+  for (int k = 1; k + 1 < static_cast<int>(light.size()); ++k)
+    rows[static_cast<size_t>(k)] = along(light.data() + k, 1);
+  Patch::Window window;
+  float* value = window.data();
+  for (int y = 1; y + 1 < kLightSide; ++y)
+    for (int x = 1; x + 1 < kLightSide; ++x)
+      *value++ = greyOf(along(rows.data() + y * kLightSide + x, kLightSide));
+  return window;
+}
+
 }  // namespace
 
 double Print::Layout::texelsPerPixel(const Patch& patch) const {
@@ -179,28 +217,9 @@ bool Print::read(size_t triangle, const Patch& patch, Patch::Window& window) con
   const Image<uint16_t>& image = levels[static_cast<size_t>(level)];
   const Vector2d middle = toLevel(layout.at(patch.p + centre_object_), level);
   a *= levelScale(level), b *= levelScale(level);
-  constexpr int kReach = Patch::kWindowSide / 2 + 1, kSide = 2 * kReach + 1;
-  for (const double x : {-kReach, kReach})
-    for (const double y : {-kReach, kReach}) {
-      const Vector2d corner = middle + x * a + y * b;
-      if (!(corner.minCoeff() >= 0 && corner.x() < image.width - 1 &&
-            corner.y() < image.height - 1))
-        return false;
-    }
-  std::array<float, kSide * kSide> light;
-  float* next = light.data();
-  for (int y = -kReach; y <= kReach; ++y)
-    for (int x = -kReach; x <= kReach; ++x) *next++ = lightAt(image, middle + x * a + y * b);
-  constexpr float weights[3] = {0.125f, 0.75f, 0.125f};  // as a lens blurs it, by half a pixel
-  float* value = window.data();
-  for (int y = 1; y + 1 < kSide; ++y)
-    for (int x = 1; x + 1 < kSide; ++x) {
-      float sum = 0;
-      for (int j = -1; j <= 1; ++j)
-        for (int i = -1; i <= 1; ++i)
-          sum += weights[j + 1] * weights[i + 1] * light[(y + j) * kSide + x + i];
-      *value++ = greyOf(sum);
-    }
+  Light light;
+  if (!readLight(image, middle, a, b, light)) return false;
+  window = blurred(light);
   return true;
 }
 

@@ -68,15 +68,18 @@ bool CoverMap::isCovered(const Vector2d& u_px) const {
   // The four cells whose common corner is nearest.
   const Vector2d at = (u_px - low_px_) / cell_px_;
   const int x = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
-  int known = 0, changed = 0;
+  Cell sum;
   for (int j = std::max(0, y - 1); j <= std::min(height_ - 1, y); ++j)
     for (int i = std::max(0, x - 1); i <= std::min(width_ - 1, x); ++i) {
       const Cell& cell = cells_[static_cast<size_t>(j * width_ + i)];
-      known += cell.known;
-      changed += cell.changed;
+      sum.known += cell.known;
+      sum.changed += cell.changed;
     }
-  constexpr int kFewestKnown = 3;
-  return known >= kFewestKnown && 2 * changed > known;
+  return sum.isCovered();
+}
+
+bool CoverMap::any() const {
+  return std::any_of(cells_.begin(), cells_.end(), [](const Cell& c) { return c.isCovered(); });
 }
 
 bool CoverMap::touches(const Vector2d& u, double reach) const {

@@ -24,13 +24,17 @@ class CoverMap {
   // Whether most of the points around, of those that are known, do not look as before: so many of
   // them that a pose that is off by some pixels does not explain it.
   bool isCovered(const Vector2d& u_px) const;
+  // Whether most of what is known looks otherwise in any of the cells.
+  bool any() const;
   // Whether that is so anywhere in a square around.
   bool touches(const Vector2d& u_px, double reach_px) const;
 
  private:
   static constexpr int kCells = 12;  // along the longer side
+  static constexpr int kFewestKnown = 3;
   struct Cell {
     int known = 0, changed = 0;
+    bool isCovered() const { return known >= kFewestKnown && 2 * changed > known; }
   };
   Vector2d low_px_ = Vector2d::Zero();
   double cell_px_ = 0;

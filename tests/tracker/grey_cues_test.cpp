@@ -4,20 +4,13 @@
 #include <cmath>
 
 #include "tests/tracker/box_scene.h"
+#include "tests/tracker/pose_checks.h"
 #include "tracker/corners.h"
 #include "tracker/direct_alignment.h"
 #include "tracker/texture_cue.h"
 
 namespace diorama {
 namespace {
-
-// Mean distance between the projections of the model's corners.
-double pixelError(const test::BoxScene& scene, const EdgeModel& model, const SE3& a, const SE3& b) {
-  double sum = 0;
-  for (const Vector3d& v : model.vertices)
-    sum += (*scene.camera.project(a * v) - *scene.camera.project(b * v)).norm();
-  return sum / static_cast<double>(model.vertices.size());
-}
 
 struct GreyCues : testing::Test {
   test::BoxScene scene;
@@ -60,8 +53,8 @@ TEST_F(GreyCues, DirectAlignmentFindsALargeMotion) {
   for (const double scale : {-0.4, -0.2, 0.4, 1.0}) {
     const SE3 start = moved(T, scale);
     const DirectAlignment::Result result = direct.align(image, start);
-    EXPECT_GT(pixelError(scene, model, start, T), 10 * std::abs(scale));
-    EXPECT_LT(pixelError(scene, model, result.T_camera_model, T), 0.3) << scale;
+    EXPECT_GT(test::pixelError(scene.camera, model, start, T), 10 * std::abs(scale));
+    EXPECT_LT(test::pixelError(scene.camera, model, result.T_camera_model, T), 0.3) << scale;
     EXPECT_LT(result.cost, 1);
     EXPECT_LT(direct.screen(image, T, 1), direct.screen(image, start, 1));
   }
@@ -75,7 +68,7 @@ TEST_F(GreyCues, DirectAlignmentIgnoresBrightness) {
   ImagePyramid pyramid;
   pyramid.build(brighter);
   const DirectAlignment::Result result = direct.align(pyramid, moved(T, 0.5));
-  EXPECT_LT(pixelError(scene, model, result.T_camera_model, T), 0.3);
+  EXPECT_LT(test::pixelError(scene.camera, model, result.T_camera_model, T), 0.3);
 }
 
 TEST_F(GreyCues, TextureAloneFindsThePose) {
@@ -85,16 +78,8 @@ TEST_F(GreyCues, TextureAloneFindsThePose) {
   ASSERT_FALSE(texture.empty());
   const SE3 truth = test::boxPose(0.1) * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
   const Frame next = scene.draw(test::boxPose(0.1), 1);
-  SE3 pose = truth * exp((Vector6d() << 0.002, -0.002, 0.003, 0.004, -0.003, 0.005).finished());
-  Cue* const cues[] = {&texture};
-  SolverLimits limits;
-  limits.iterations = 5;
-  limits.model_diameter = model.diameter;
-  for (int round = 0; round < 2; ++round) {
-    texture.align(next.gray, pose, {});
-    pose = solvePose(pose, cues, limits).T_camera_model;
-  }
-  EXPECT_LT(pixelError(scene, model, pose, truth), 0.25);
+  const SE3 pose = test::poseByPatches(texture, next.gray, truth, model.diameter);
+  EXPECT_LT(test::pixelError(scene.camera, model, pose, truth), 0.25);
   const TextureCue::Agreement agreement = texture.agreement(1.5);
   EXPECT_GE(agreement.expected, 15);
   EXPECT_GT(agreement.agreeing, 0.8 * agreement.expected);

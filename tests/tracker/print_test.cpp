@@ -7,6 +7,7 @@
 
 #include "tests/support/temporary_folder.h"
 #include "tests/tracker/box_scene.h"
+#include "tests/tracker/pose_checks.h"
 #include "tracker/edge_model.h"
 #include "tracker/health.h"
 #include "tracker/object_tracker.h"
@@ -62,13 +63,6 @@ struct PrintTest : testing::Test {
       }
   }
 
-  double pixelError(const SE3& a, const SE3& b) const {
-    double sum = 0;
-    for (const Vector3d& v : model.vertices)
-      sum += (*scene.camera.project(a * v) - *scene.camera.project(b * v)).norm();
-    return sum / static_cast<double>(model.vertices.size());
-  }
-
   TextureCue cueWith(const std::vector<Patch>& patches) const {
     TextureCue cue(model, scene.camera, scene.rays, 0, options, options.print_correlation);
     cue.setPatches(patches, T);
@@ -80,16 +74,8 @@ TEST_F(PrintTest, AloneFindsThePose) {
   TextureCue cue = cueWith(print().patchesSeenFrom(T, 40));
   const SE3 truth = poseOf(0.1);
   const Frame frame = scene.draw(test::boxPose(0.1), 0);
-  SE3 pose = truth * exp((Vector6d() << 0.002, -0.002, 0.003, 0.004, -0.003, 0.005).finished());
-  Cue* const cues[] = {&cue};
-  SolverLimits limits;
-  limits.iterations = 5;
-  limits.model_diameter = model.diameter;
-  for (int round = 0; round < 2; ++round) {
-    cue.align(frame.gray, pose, {});
-    pose = solvePose(pose, cues, limits).T_camera_model;
-  }
-  EXPECT_LT(pixelError(pose, truth), 0.25);
+  const SE3 pose = test::poseByPatches(cue, frame.gray, truth, model.diameter);
+  EXPECT_LT(test::pixelError(scene.camera, model, pose, truth), 0.25);
   EXPECT_GE(cue.agreement(1.5).agreeing, 15);
 }
 

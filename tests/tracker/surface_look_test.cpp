@@ -46,6 +46,7 @@ TEST(SurfaceLook, NothingLearnedNothingCovered) {
   Frame frame = look.scene.draw(look.T_camera_object, 1, true);
   EXPECT_EQ(look.covered(fresh.compare(frame, look.T), 0, 1), 0);
   EXPECT_FALSE(CoverMap().isCovered({10, 10}));
+  EXPECT_FALSE(CoverMap().any());
 }
 
 TEST(SurfaceLook, FindsWhatCoversTheObject) {
@@ -54,6 +55,7 @@ TEST(SurfaceLook, FindsWhatCoversTheObject) {
   const double middle = (look.box.low.y() + look.box.high.y()) / 2;
   paint(frame, look.box.low, {look.box.high.x(), middle}, 20);
   const CoverMap cover = look.surface.compare(frame, look.T);
+  EXPECT_TRUE(cover.any());
   EXPECT_GT(look.covered(cover, 0.1, 0.4), 70);  // the box fills its projected box but for corners
   EXPECT_EQ(look.covered(cover, 0.6, 1), 0);
 }
