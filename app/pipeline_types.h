@@ -92,7 +92,7 @@ struct PipelineOptions {
   // scale: the odometry has a map and its errors do not add up as those of its steps would, while
   // a tracker's errors are alike over many frames (measured: a mean map_nees of 7 over nine
   // objects).
-  double object_sigma_scale_with_vo = 6;
+  double object_sigma_scale_with_vo = 2.2;
   // The mapper's odometry_memory_s beside `vo`, where that is 0. Measured: about 1 s on most
   // sequences, 3 to 6 s on the free carton and bottle. Of 1 to 3 s chosen by the figures of the
   // sequences of ADR 32: the shorter, the better the camera and the worse carton and map_nees.

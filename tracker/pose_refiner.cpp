@@ -140,7 +140,8 @@ double PoseRefiner::fitOf(const VisibleSamples& visible,
                                  kCreaseWeight * static_cast<double>(visible.crease));
 }
 
-// Two in each principal direction, so far that the edges move by neighbour_px (rms).
+// Two in each principal direction, so far that the edges move by neighbour_px (rms) along their
+// normals, but not the surface by much more: round things may turn, and their edges stay.
 std::vector<SE3> PoseRefiner::neighboursOf(const Estimate& estimate) const {
   const SE3& T = estimate.T_camera_model;
   const double unit = 0.35 * model_.diameter;  // m that move the edges about as far as 1 rad
@@ -151,10 +152,12 @@ std::vector<SE3> PoseRefiner::neighboursOf(const Estimate& estimate) const {
   std::vector<SE3> neighbours;
   for (int k = 0; k < 4; ++k) {
     const Vector6d direction = scale.cwiseProduct(principal.eigenvectors().col(k));
-    constexpr double kSmall = 1e-3;
-    const double moved = edgeMotion(estimate.observations, T * exp(kSmall * direction));
-    if (!(moved > 0)) continue;
-    const Vector6d step = (kSmall * options_.neighbour_px / moved) * direction;
+    constexpr double kSmall = 1e-3, kMostMotion = 4;
+    const SE3 near = T * exp(kSmall * direction);
+    const double steps = std::min(options_.neighbour_px / edgeMotion(estimate.observations, near),
+                                  kMostMotion * options_.neighbour_px / pixelMotion(near, T));
+    if (!std::isfinite(steps)) continue;
+    const Vector6d step = steps * kSmall * direction;
     for (const double sign : {1.0, -1.0}) neighbours.push_back(T * exp(sign * step));
   }
   return neighbours;
@@ -182,6 +185,7 @@ Estimate PoseRefiner::searchNeighbours(Estimate best, const std::optional<PosePr
     std::optional<Estimate> better;
     for (const SE3& start : neighboursOf(best)) {
       Estimate other = refine(start, prior);
+      if (best.print_sigma_px > 0 && !(other.print_sigma_px > 0)) continue;
       if (other.fit > (better ? better->fit : best.fit + kClearlyBetter)) better = std::move(other);
     }
     if (!better) break;

@@ -19,7 +19,7 @@ constexpr int kPoints = 6000;         // on the textured surface
 constexpr float kLeastContrast = 16;  // levels
 constexpr double kSteepest = 0.25;    // cosine between normal and ray
 constexpr double kCell = 10;          // px, with one patch at most
-constexpr double kStretched = 1;      // px at a patch's corner, from where a plane would have it
+constexpr double kStretched = 1;      // px at a patch's rim, from where a plane would have it
 constexpr int kSmallest = 16;         // texels, of the last level
 
 constexpr int kLightest = 65535;  // of linear light in 16 bits
@@ -87,20 +87,18 @@ float lightAt(const Image<uint16_t>& image, const Vector2d& u) {
 constexpr int kLightSide = Patch::kWindowSide + 2;
 using Light = std::array<float, static_cast<size_t>(kLightSide) * kLightSide>;
 
-// Around the middle, where x and y are the steps to the next one. False where the texture ends.
-bool readLight(const Image<uint16_t>& image, const Vector2d& middle, const Vector2d& x,
-               const Vector2d& y, Light& light) {
+// at(i, j): texel of the place (i, j) from the middle. False where the texture ends.
+template <class At>
+bool readLight(const Image<uint16_t>& image, const At& at, Light& light) {
   constexpr int kReach = kLightSide / 2;
-  for (const int j : {-kReach, kReach})
-    for (const int i : {-kReach, kReach}) {
-      const Vector2d corner = middle + i * x + j * y;
-      if (!(corner.minCoeff() >= 0 && corner.x() < image.width - 1 &&
-            corner.y() < image.height - 1))
-        return false;
-    }
   float* next = light.data();
   for (int j = -kReach; j <= kReach; ++j)
-    for (int i = -kReach; i <= kReach; ++i) *next++ = lightAt(image, middle + i * x + j * y);
+    for (int i = -kReach; i <= kReach; ++i) {
+      const Vector2d texel = at(i, j);
+      if (!(texel.minCoeff() >= 0 && texel.x() < image.width - 1 && texel.y() < image.height - 1))
+        return false;
+      *next++ = lightAt(image, texel);
+    }
   return true;
 }
 
@@ -207,18 +205,23 @@ float Print::contrastAround(const Point& point) const {
 }
 
 // At the level whose texels are about as large as the patch's pixels.
-bool Print::read(size_t triangle, const Patch& patch, Patch::Window& window) const {
+bool Print::read(size_t triangle, const Patch& patch, const Bend& bend,
+                 Patch::Window& window) const {
   const Layout& layout = layouts_[triangle];
   const Levels& levels = textures_[static_cast<size_t>(layout.texture)];
-  Vector2d a = layout.slope * patch.along_x, b = layout.slope * patch.along_y;
   const double finest = std::log2(std::max(layout.texelsPerPixel(patch), 1.0));
   const int level =
       std::min(static_cast<int>(std::lround(finest)), static_cast<int>(levels.size()) - 1);
-  const Image<uint16_t>& image = levels[static_cast<size_t>(level)];
+  const double scale = levelScale(level);
   const Vector2d middle = toLevel(layout.at(patch.p + centre_object_), level);
-  a *= levelScale(level), b *= levelScale(level);
+  const Vector2d x = scale * (layout.slope * patch.along_x + bend.x),
+                 y = scale * (layout.slope * patch.along_y + bend.y);
+  const Vector2d xx = scale * bend.xx, yy = scale * bend.yy, xy = scale * bend.xy;
+  const auto at = [&](int i, int j) -> Vector2d {
+    return middle + i * (x + i * xx) + j * (y + j * yy + i * xy);
+  };
   Light light;
-  if (!readLight(image, middle, a, b, light)) return false;
+  if (!readLight(levels[static_cast<size_t>(level)], at, light)) return false;
   window = blurred(light);
   return true;
 }
@@ -228,23 +231,30 @@ bool Print::isKnown(int triangle) const {
   return triangle >= 0 && t < layouts_.size() && layouts_[t].texture >= 0;
 }
 
-// Whether the surface goes on around the patch as its plane does, and the print with it.
-bool Print::isFlat(const Vector3d& eye, const Point& point, const Patch& patch) const {
-  const Vector3d x = Patch::kRadius * patch.along_x, y = Patch::kRadius * patch.along_y;
-  const std::array<Vector3d, 4> corners{patch.p - x - y, patch.p + x - y, patch.p - x + y,
-                                        patch.p + x + y};
-  std::array<Vector3d, 4> directions;
-  for (size_t k = 0; k < 4; ++k) directions[k] = corners[k] - eye;
+// Nothing where the surface, or the print, does not go on around the patch about as its plane does.
+std::optional<Print::Bend> Print::bendAround(const Vector3d& eye, const Point& point,
+                                             const Patch& patch) const {
+  constexpr double r = Patch::kRadius;
+  constexpr std::array<std::array<double, 2>, 8> places{
+      {{-r, 0}, {r, 0}, {0, -r}, {0, r}, {-r, -r}, {r, -r}, {-r, r}, {r, r}}};
+  std::array<Vector3d, places.size()> on_plane, directions;
+  for (size_t k = 0; k < places.size(); ++k) {
+    on_plane[k] = patch.p + places[k][0] * patch.along_x + places[k][1] * patch.along_y;
+    directions[k] = on_plane[k] - eye;
+  }
   const auto hits = rays_.closestHits(object_, eye + centre_object_, directions);
   const Layout& layout = layouts_[point.triangle];
   const double most = kStretched * layout.texelsPerPixel(patch);
-  for (size_t k = 0; k < 4; ++k) {
-    if (!hits[k] || !isKnown(hits[k]->triangle)) return false;
+  std::array<Vector2d, places.size()> off;
+  for (size_t k = 0; k < places.size(); ++k) {
+    if (!hits[k] || !isKnown(hits[k]->triangle)) return std::nullopt;
     const Layout& there = layouts_[static_cast<size_t>(hits[k]->triangle)];
-    const Vector2d off = there.at(hits[k]->p_object) - layout.at(corners[k] + centre_object_);
-    if (there.texture != layout.texture || !(off.norm() <= most)) return false;
+    off[k] = there.at(hits[k]->p_object) - layout.at(on_plane[k] + centre_object_);
+    if (there.texture != layout.texture || !(off[k].norm() <= most)) return std::nullopt;
   }
-  return true;
+  return Bend{(off[1] - off[0]) / (2 * r), (off[3] - off[2]) / (2 * r),
+              (off[1] + off[0]) / (2 * r * r), (off[3] + off[2]) / (2 * r * r),
+              (off[4] - off[5] - off[6] + off[7]) / (4 * r * r)};
 }
 
 std::vector<Patch> Print::patchesSeenFrom(const SE3& T, int most) const {
@@ -263,11 +273,10 @@ std::vector<Patch> Print::patchesSeenFrom(const SE3& T, int most) const {
     };
     if (std::any_of(taken.begin(), taken.end(), near)) continue;
     Patch patch;
+    if (!patch.setPlane(point.p, point.normal, camera_, T)) continue;
+    const auto bend = bendAround(eye, point, patch);
     Patch::Window window;
-    if (!patch.setPlane(point.p, point.normal, camera_, T) ||
-        !read(point.triangle, patch, window) || !patch.setValues(window) ||
-        !isFlat(eye, point, patch))
-      continue;
+    if (!bend || !read(point.triangle, patch, *bend, window) || !patch.setValues(window)) continue;
     taken.push_back(*u);
     patches.push_back(std::move(patch));
   }

@@ -2,6 +2,7 @@
 // exactly, unlike those of keyframes, whose poses were estimated.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/camera.h"
@@ -42,6 +43,12 @@ class Print {
     Vector2d at(const Vector3d& p_object) const { return slope * p_object + offset; }
     double texelsPerPixel(const Patch& patch) const;
   };
+  // Texels of level 0 by which what a patch shows lies elsewhere than on its plane, as the surface
+  // is curved: x i + y j + xx i^2 + yy j^2 + xy i j at its pixel (i, j). Where a round label is
+  // seen from the side, all of a patch lies nearer to the middle than its plane does.
+  struct Bend {
+    Vector2d x, y, xx, yy, xy;
+  };
   struct Point {
     Vector3d p, normal;  // m, unit, model frame
     size_t triangle;
@@ -50,8 +57,9 @@ class Print {
 
   void layOut(const Mesh& mesh);
   float contrastAround(const Point& point) const;
-  bool read(size_t triangle, const Patch& patch, Patch::Window& window) const;
-  bool isFlat(const Vector3d& eye_model, const Point& point, const Patch& patch) const;
+  bool read(size_t triangle, const Patch& patch, const Bend& bend, Patch::Window& window) const;
+  std::optional<Bend> bendAround(const Vector3d& eye_model, const Point& point,
+                                 const Patch& patch) const;
 
   const Vector3d centre_object_;
   const Camera& camera_;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <numbers>
 
 #include "tests/support/temporary_folder.h"
 #include "tests/tracker/box_scene.h"
@@ -17,6 +18,8 @@ namespace diorama {
 namespace {
 
 constexpr double kTexel = 0.0005;  // m
+
+char byteOf(double grey) { return static_cast<char>(static_cast<uint8_t>(grey)); }
 
 struct PrintTest : testing::Test {
   test::TemporaryFolder folder;
@@ -59,7 +62,7 @@ struct PrintTest : testing::Test {
         Vector3d p = scene.box.low;
         p[u] += (x + 0.5) * kTexel;
         p[v] = scene.box.high[v] - (y + 0.5) * kTexel;
-        out.put(static_cast<char>(scene.printAt(p, axis, side)));
+        out.put(byteOf(scene.printAt(p, axis, side)));
       }
   }
 
@@ -143,6 +146,132 @@ TEST_F(PrintTest, ProvesAPoseOrSpeaksAgainstIt) {
   };
   EXPECT_GT(health(false), 0.6);
   EXPECT_LT(health(true), 0.4);
+}
+
+// An upright tube about the z axis with a label all around, seen from the side.
+struct RoundLabel {
+  static constexpr double kRadius = 0.035, kHeight = 0.12;  // m
+  static constexpr int kSides = 720;                        // its triangles differ by 1 um
+  Camera camera{CameraParameters{CameraModel::kRadTan, 320, 240, 300, 300, 160, 120, {0, 0, 0, 0}}};
+  SE3 T{expSO3(Vector3d(1.9, 0, 0)), Vector3d(0.01, 0.03, 0.3)};
+
+  struct Rays : RayQuery {
+    void occluded(int object, const Vector3d& origin, std::span<const Vector3d> points,
+                  std::span<uint8_t> hidden) const override {
+      for (size_t k = 0; k < points.size(); ++k) {
+        const auto hit = closestHit(object, origin, points[k] - origin);
+        hidden[k] = hit && (hit->p_object - origin).norm() < 0.999 * (points[k] - origin).norm();
+      }
+    }
+    std::optional<RayHit> closestHit(int, const Vector3d& origin,
+                                     const Vector3d& direction) const override {
+      const Vector2d o = origin.head<2>(), d = direction.head<2>();
+      const double a = d.squaredNorm(), b = o.dot(d);
+      const double root = b * b - a * (o.squaredNorm() - kRadius * kRadius);
+      if (!(root > 0)) return std::nullopt;
+      const Vector3d p = origin + (-b - std::sqrt(root)) / a * direction;
+      if (p.z() < 0 || p.z() > kHeight) return std::nullopt;
+      const int side = static_cast<int>(turns(p) * kSides);
+      return RayHit{p, Vector3d(p.x(), p.y(), 0).normalized(), 2 * std::min(side, kSides - 1)};
+    }
+  } rays;
+
+  static double turns(const Vector3d& p) {
+    return std::atan2(p.y(), p.x()) / (2 * std::numbers::pi) + 0.5;
+  }
+  static double greyAt(double turns, double z) {
+    const double p = test::pattern(2 * std::numbers::pi * kRadius * turns, z, 0.02, 3);
+    return p > 0.1 ? 200 : p < -0.1 ? 60 : 130;
+  }
+
+  Mesh mesh(const std::filesystem::path& label) const {
+    Mesh tube;
+    Material material;
+    material.texture = label;
+    tube.materials.push_back(material);
+    for (int k = 0; k <= kSides; ++k) {
+      const double share = static_cast<double>(k) / kSides;
+      const double angle = 2 * std::numbers::pi * (share - 0.5);
+      for (const double v : {0, 1}) {
+        tube.positions.push_back(
+            Vector3d(kRadius * std::cos(angle), kRadius * std::sin(angle), v * kHeight)
+                .cast<float>());
+        tube.uvs.emplace_back(static_cast<float>(share), static_cast<float>(v));
+      }
+      if (k == kSides) break;
+      tube.triangles.emplace_back(2 * k, 2 * k + 2, 2 * k + 3);
+      tube.triangles.emplace_back(2 * k, 2 * k + 3, 2 * k + 1);
+      tube.triangle_materials.insert(tube.triangle_materials.end(), {0, 0});
+    }
+    writeLabel(label);
+    return tube;
+  }
+
+  void writeLabel(const std::filesystem::path& file) const {
+    constexpr int kWidth = 880, kRows = 480;
+    std::ofstream out(file, std::ios::binary);
+    out << "P5\n" << kWidth << ' ' << kRows << "\n255\n";
+    for (int y = 0; y < kRows; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        out.put(byteOf(greyAt((x + 0.5) / kWidth, (1 - (y + 0.5) / kRows) * kHeight)));
+  }
+
+  Image<uint8_t> draw() const {
+    constexpr int kFine = 3;
+    Image<uint8_t> image(camera.width(), camera.height());
+    const Vector3d eye = T.inverse().translation;
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        double light = 0;
+        for (int k = 0; k < kFine * kFine; ++k) {
+          const Vector2d u(x + (k % kFine - 1.0) / kFine, y + (k / kFine - 1.0) / kFine);
+          const auto hit =
+              rays.closestHit(0, eye, T.rotationMatrix().transpose() * *camera.unproject(u));
+          light += std::pow(hit ? greyAt(turns(hit->p_object), hit->p_object.z()) : 100, 2);
+        }
+        image(x, y) = static_cast<uint8_t>(std::sqrt(light / (kFine * kFine)) + 0.5);
+      }
+    return image;
+  }
+};
+
+// Patches of a round label lie beside their planes, towards its middle: as planes all of them would
+// be found there, as if the label were smaller and farther away.
+TEST_F(PrintTest, FollowsARoundLabel) {
+  const RoundLabel label;
+  const Print print(label.mesh(folder / "label.pgm"), Vector3d::Zero(), label.camera, label.rays,
+                    0);
+  std::vector<Patch> patches = print.patchesSeenFrom(label.T, 40);
+  const Image<uint8_t> image = label.draw();
+  double inwards = 0, squares = 0;
+  int found = 0;
+  for (Patch& patch : patches) {
+    const double side = label.camera.project(label.T * patch.p)->x() -
+                        label.camera.project(label.T * Vector3d(0, 0, patch.p.z()))->x();
+    patch.align(image, label.camera, label.T, options.patch_correlation);
+    if (!patch.found) continue;
+    ++found;
+    const Vector2d off = patch.u_px - *label.camera.project(label.T * patch.p);
+    inwards += off.x() * side / 35;  // px, at the rim
+    squares += off.squaredNorm();
+  }
+  std::printf("round label: %d patches, %.3f px at the rim, %.3f px rms\n", found, inwards / found,
+              std::sqrt(squares / found));
+  ASSERT_GE(found, 15);
+  EXPECT_LT(std::abs(inwards / found), 0.03);
+  EXPECT_LT(std::sqrt(squares / found), 0.2);
+}
+
+// Its edges are as sharp however it is turned. The print is what tells, and was right from the
+// start.
+TEST_F(PrintTest, ARoundThingIsNotTurnedByItsEdges) {
+  const RoundLabel label;
+  EdgeTracker tracker({"tube", label.mesh(folder / "label.pgm"), {}}, label.camera,
+                      std::make_shared<RoundLabel::Rays>(), 0, options);
+  Frame frame;
+  frame.gray = label.draw();
+  const ObjectMeasurement m = tracker.track(frame, ObjectPrediction{label.T, Matrix6d::Identity()});
+  EXPECT_LT(angleBetween(m.T_camera_object.rotation, label.T.rotation), 0.02);
 }
 
 // Something with a print of its own, in the object's greys, passes before it. Patches of keyframes
