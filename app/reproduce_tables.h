@@ -29,7 +29,8 @@ struct ReproducedTable {
 // In the order of kPaper. Throws InputError for folders that are no runs'.
 std::vector<ReproducedTable> reproducedTables(const std::vector<ReproducedSequence>& sequences);
 
-// One sentence: the mean error and the gain over the tracker alone, ours and the paper's.
+// The mean error and the gain over the tracker alone, ours and the paper's, and ours where every
+// method answers. Of what is missing when something is.
 std::string headline(const std::vector<ReproducedSequence>& sequences);
 
 std::vector<ErrorPanel> errorPanels(const std::vector<ReproducedSequence>& sequences);

@@ -48,22 +48,40 @@ class ReproduceTables : public testing::Test {
 
 TEST_F(ReproduceTables, StandBesideThePublishedFigures) {
   const std::vector<ReproducedTable> tables = reproducedTables(sequences_);
-  ASSERT_EQ(tables.size(), 3u);
+  ASSERT_EQ(tables.size(), 4u);
   const auto& first = tables[0].table.rows.at(0);
   EXPECT_EQ(first[0], "orange juice");
   EXPECT_EQ(first[1], "4.00 (189)");
   EXPECT_EQ(first[3], "2.00 (192)");
   EXPECT_EQ(first[6], "100.0 (33.7)");  // of the frames since the start
-  const auto& all = tables[1].table.rows.back();
+  const auto& all = tables[2].table.rows.back();
   EXPECT_EQ(all[0], "All");
   EXPECT_THAT(all[1], HasSubstr("1.00 ± 0.0"));  // of all frames of all sequences
   for (const ReproducedTable& table : tables)
     for (const auto& row : table.table.rows) EXPECT_LE(row.size(), table.table.header.size());
 }
 
+TEST_F(ReproduceTables, CompareWhatAllMethodsAnswerFor) {
+  const std::filesystem::path& tracker = sequences_[0].folders[1];
+  std::ofstream(tracker / "errors.csv")
+      << "timestamp,err_m,visible_fraction\n0,0.003,1\n0.1,,0.5\n";
+  for (const size_t m : {0u, 2u})
+    std::ofstream(sequences_[0].folders[m] / "errors.csv")
+        << "timestamp,err_m,visible_fraction\n0,0.002,1\n0.1,0.02,0.5\n";
+  for (const auto& folder : sequences_[1].folders)
+    std::ofstream(folder / "errors.csv") << "timestamp,err_m,visible_fraction\n0,0.7,1\n0.1,,0.5\n";
+  const auto rows = reproducedTables(sequences_).at(1).table.rows;
+  EXPECT_THAT(rows.at(0), testing::ElementsAre(kPaper[0].title, "2.00", "3.00", "2.00", "50.0"));
+  EXPECT_THAT(rows.at(1), testing::ElementsAre(kPaper[1].title, "–", "–", "–", "0.0"));
+}
+
 TEST_F(ReproduceTables, TheHeadlineIsTheGainOverTheTracker) {
   EXPECT_THAT(headline(sequences_), HasSubstr("2.00 mm, 33.3% less"));
   EXPECT_THAT(headline(sequences_), HasSubstr("in the paper 231 mm, 8.1% less than 252 mm"));
+  std::ofstream(sequences_[0].folders[1] / "errors.csv")
+      << "timestamp,err_m,visible_fraction\n0,0.007,1\n0.1,,0.5\n";
+  EXPECT_THAT(headline(sequences_),
+              HasSubstr("every method answers it is 1.00 mm, 50.0% less than 2.00 mm"));
   sequences_[2].metrics[1].objects[0].metrics.mean_error_m.reset();
   EXPECT_THAT(headline(sequences_), HasSubstr("pasta box: ebt"));
 }
