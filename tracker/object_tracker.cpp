@@ -31,6 +31,7 @@ namespace {
 constexpr double kLeap_rad = 0.35;
 
 constexpr double kSmearing_px = 10;  // motion from frame to frame that may smear edges
+constexpr double kDoubted = 4;       // of a covariance that is not far from too large for a claim
 
 }  // namespace
 
@@ -118,6 +119,10 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   Estimate estimate = estimateFrom(frame, start);
   const double needed = healthNeeded(estimate, start);
   const bool good = estimate.health.value >= needed || improve(frame, needed, estimate);
+  // Several poses may explain the part that is seen of an object.
+  if (good && isHeld() && !report_.isCertain(kDoubted * estimate.covariance) &&
+      refiner_.coverAt(estimate.T_camera_model).any())
+    estimate = refiner_.searchNeighbours(std::move(estimate));
   doubts_ = good ? 0 : doubts_ + 1;
   if (estimate.health.value < options_.lost_health || doubts_ > options_.doubtful_frames)
     return lose(frame, estimate.health);

@@ -26,6 +26,21 @@ double doubtOf(const VisibleSamples& visible, const TrackHealth& health) {
   return lack * lack / visible.familiar_share;
 }
 
+// Poses that explain the image about as well are possible, too.
+void addSpread(const std::vector<Estimate>& others, Estimate& best) {
+  constexpr double kAlike = 0.02;  // fit
+  const SE3 T_best_camera = best.T_camera_model.inverse();
+  double weights = 1;
+  Matrix6d spread = Matrix6d::Zero();
+  for (const Estimate& other : others) {
+    const double weight = std::exp(std::min(0.0, other.fit - best.fit) / kAlike);
+    const Vector6d away = log(T_best_camera * other.T_camera_model);
+    weights += weight;
+    spread += weight * away * away.transpose();
+  }
+  best.covariance += spread / weights;
+}
+
 }  // namespace
 
 bool Estimate::isSharperThan(const Estimate& other) const {
@@ -181,16 +196,21 @@ double PoseRefiner::edgeMotion(const std::vector<EdgeObservation>& observations,
 }
 
 Estimate PoseRefiner::searchNeighbours(Estimate best, const std::optional<PosePrior>& prior) {
+  std::vector<Estimate> others;
   for (int round = 0; round < options_.neighbour_rounds; ++round) {
-    std::optional<Estimate> better;
+    others.clear();
     for (const SE3& start : neighboursOf(best)) {
       Estimate other = refine(start, prior);
       if (best.print_sigma_px > 0 && !(other.print_sigma_px > 0)) continue;
-      if (other.fit > (better ? better->fit : best.fit + kClearlyBetter)) better = std::move(other);
+      others.push_back(std::move(other));
     }
-    if (!better) break;
-    best = std::move(*better);
+    const auto sharpest =
+        std::max_element(others.begin(), others.end(),
+                         [](const Estimate& a, const Estimate& b) { return a.fit < b.fit; });
+    if (sharpest == others.end() || sharpest->fit <= best.fit + kClearlyBetter) break;
+    std::swap(best, *sharpest);
   }
+  addSpread(others, best);
   return best;
 }
 
