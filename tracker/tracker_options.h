@@ -43,7 +43,7 @@ struct TrackerOptions {
   double edge_correlation = 8;       // neighbouring samples of one edge
   double edge_offset_px = 0.25;      // displacement that a whole side of the outline shares
   double texture_correlation = 4;    // patches under one light and blur
-  double print_correlation = 1.5;    // ... of the print, whose place is known
+  double print_correlation = 1;      // ... of the print, whose place is known: none
   double keyframe_correlation = 30;  // edges of consecutive frames
   double damping = 1e-4;             // of each normal equation, relative
 
