@@ -118,11 +118,13 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   image_.build(frame.gray);
   Estimate estimate = estimateFrom(frame, start);
   const double needed = healthNeeded(estimate, start);
-  const bool good = estimate.health.value >= needed || improve(frame, needed, estimate);
+  bool good = estimate.health.value >= needed || improve(frame, needed, estimate);
   // Several poses may explain the part that is seen of an object.
   if (good && isHeld() && !report_.isCertain(kDoubted * estimate.covariance) &&
-      refiner_.coverAt(estimate.T_camera_model).any())
+      refiner_.coverAt(estimate.T_camera_model).any()) {
     estimate = refiner_.searchNeighbours(std::move(estimate));
+    good = estimate.health.value >= needed;
+  }
   doubts_ = good ? 0 : doubts_ + 1;
   if (estimate.health.value < options_.lost_health || doubts_ > options_.doubtful_frames)
     return lose(frame, estimate.health);
