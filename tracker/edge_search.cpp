@@ -18,8 +18,6 @@ constexpr float kMuchMore = 1.3f;
 constexpr double kLongestStep = 3;  // px
 constexpr int kSmearedRange = 6;    // steps
 
-constexpr size_t kSides = 16;
-
 // The sector of a direction in the image: four of each quadrant.
 size_t sideOf(const Vector2d& direction) {
   constexpr double kTan22 = std::numbers::sqrt2 - 1;  // of 22.5 degrees
@@ -217,6 +215,43 @@ std::vector<EdgeObservation> EdgeSearch::search(const EdgePicture& picture, cons
   return observations;
 }
 
+std::vector<OutlineSample> EdgeSearch::outlineSamples(const SE3& T, const std::vector<int>& samples,
+                                                      int near_px, int far_px) const {
+  const Matrix3d R = T.rotationMatrix();
+  const SE3 T_model_camera = T.inverse();
+  const Vector3d eye = T_model_camera.translation;
+  const double behind = 1 + 2 * model_.diameter / std::max(T.translation.z(), 1e-3);
+  std::vector<OutlineSample> outline;
+  std::vector<Vector3d> points;
+  for (const int index : samples) {
+    if (!onContour(index, eye)) continue;
+    const auto line = projectSample(T, R, index);
+    if (!line || !camera_.contains(line->u_px, far_px + 2)) continue;
+    outline.push_back({index, line->u_px, line->normal, 0, 0});
+    const Vector3d p = R * model_.samples[static_cast<size_t>(index)].p + T.translation;
+    const double scale = p.z() / camera_.fx();
+    for (const int px : {-far_px, -near_px, near_px, far_px})
+      points.push_back(
+          T_model_camera *
+              (behind * (p + px * scale * Vector3d(line->normal.x(), line->normal.y(), 0))) +
+          model_.centre_object);
+  }
+  std::vector<uint8_t> on_object(points.size());
+  rays_.occluded(object_, eye + model_.centre_object, points, on_object);
+  size_t kept = 0;
+  for (size_t i = 0; i < outline.size(); ++i) {
+    const uint8_t* on = &on_object[4 * i];
+    if (on[1] == on[2]) continue;
+    const bool flipped = on[2];  // the object lies along the normal
+    OutlineSample& s = outline[kept++] = outline[i];
+    if (flipped) s.outwards = -s.outwards;
+    s.inner_px = on[flipped ? 3 : 0] ? far_px : near_px;
+    s.outer_px = on[flipped ? 0 : 3] ? near_px : far_px;
+  }
+  outline.resize(kept);
+  return outline;
+}
+
 // Marks candidates of which neither side looks as remembered. When the light has changed, all of
 // them are brighter or darker in the same proportion.
 void EdgeSearch::compareContrast(const std::vector<Contrast>& memory,
@@ -230,6 +265,23 @@ void EdgeSearch::compareContrast(const std::vector<Contrast>& memory,
       c.like_before = std::min(std::abs(c.contrast.before - gain * known.before),
                                std::abs(c.contrast.after - gain * known.after)) <= tolerance;
   }
+}
+
+SideErrors::SideErrors(const Camera& camera, const SE3& T)
+    : middle_px_(camera.project(T.translation).value_or(Vector2d::Zero())) {
+  gradients_.fill(Vector6d::Zero());
+}
+
+void SideErrors::add(const Vector2d& normal, const Vector2d& u_px, const Vector6d& weighted) {
+  const double outwards = normal.dot(u_px - middle_px_) < 0 ? -1 : 1;
+  gradients_[sideOf(outwards * normal)] += outwards * weighted;
+}
+
+Matrix6d SideErrors::shared(double offset_px) const {
+  Matrix6d sum = Matrix6d::Zero();
+  for (const Vector6d& gradient : gradients_)
+    sum.noalias() += (offset_px * offset_px * gradient) * gradient.transpose();
+  return sum;
 }
 
 CueEquations EdgeCue::linearise(const SE3& T) {
@@ -261,10 +313,7 @@ CueEquations EdgeCue::linearise(const SE3& T) {
   }
   equations.residuals = static_cast<int>(absolute_.size());
   equations.sigma_px = std::max(robustScale(absolute_), smallest_sigma_px_);
-  // Rims, shadows and highlights displace a whole side of an outline alike.
-  std::array<Vector6d, kSides> side_gradients;
-  side_gradients.fill(Vector6d::Zero());
-  const Vector2d middle = camera_.project(T.translation).value_or(Vector2d::Zero());
+  SideErrors errors(camera_, T);
   for (size_t i = 0; i < observations_.size(); ++i) {
     const EdgeObservation& o = observations_[i];
     if (o.chosen < 0) continue;
@@ -272,12 +321,9 @@ CueEquations EdgeCue::linearise(const SE3& T) {
                           (equations.sigma_px * equations.sigma_px * options_.edge_correlation);
     if (!(weight > 0)) continue;
     equations.add(jacobians[i], o.residual_px, weight);
-    const double outwards = o.normal.dot(o.u_px - middle) < 0 ? -1 : 1;
-    side_gradients[sideOf(outwards * o.normal)] += outwards * weight * jacobians[i];
+    errors.add(o.normal, o.u_px, weight * jacobians[i]);
   }
-  const double variance = options_.edge_offset_px * options_.edge_offset_px;
-  for (const Vector6d& gradient : side_gradients)
-    equations.shared.noalias() += (variance * gradient) * gradient.transpose();
+  equations.shared = errors.shared(options_.edge_offset_px);
   return equations;
 }
 

@@ -27,6 +27,15 @@ struct EdgeObservation {
   double residual_px = 0;
 };
 
+// A sample with the object on one side of its edge and none of it on the other.
+struct OutlineSample {
+  int sample = 0;
+  Vector2d u_px;      // where it projects,
+  Vector2d outwards;  // unit
+  int inner_px = 0;   // so far the object goes on, at least,
+  int outer_px = 0;   // ... and what is beside it
+};
+
 class EdgeSearch {
  public:
   // All references must outlive this object.
@@ -62,6 +71,12 @@ class EdgeSearch {
                                       const std::vector<Contrast>& memory, int range_px,
                                       const std::optional<SE3>& T_before = std::nullopt) const;
 
+  // Those of the samples that are on the object's outline, seen from this pose: within near_px the
+  // object ends. Either side is known as far as near_px or far_px.
+  std::vector<OutlineSample> outlineSamples(const SE3& T_camera_model,
+                                            const std::vector<int>& samples, int near_px,
+                                            int far_px) const;
+
  private:
   bool onContour(const ModelEdge& edge, const Vector3d& eye) const;
   std::vector<int> samplesInImage(const SE3& T_camera_model, const Vector3d& eye) const;
@@ -77,6 +92,21 @@ class EdgeSearch {
   const RayQuery& rays_;
   int object_;
   const TrackerOptions& options_;
+};
+
+// Rims, shadows and highlights displace a whole side of an outline alike.
+class SideErrors {
+ public:
+  SideErrors(const Camera& camera, const SE3& T_camera_model);
+  // Of a residual along a unit normal at u_px: weight times its Jacobian.
+  void add(const Vector2d& normal, const Vector2d& u_px, const Vector6d& weighted_jacobian);
+  // Covariance of the gradient, where each side is displaced by so much.
+  Matrix6d shared(double offset_px) const;
+
+ private:
+  static constexpr size_t kSides = 16;
+  Vector2d middle_px_;
+  std::array<Vector6d, kSides> gradients_;
 };
 
 // Distances of projected samples to their best candidates: r = n . (u(T) - u_found).

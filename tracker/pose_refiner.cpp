@@ -16,6 +16,8 @@ constexpr double kUnknownSigmaRad = 1.0;
 // How much a view may change, before the print is seen anew: by 8 degrees, or this factor.
 constexpr double kPrintView = 0.99, kPrintScale = 1.2;
 
+constexpr int kNearOutline_px = 3;  // so near the object is to be seen on one side alone
+
 constexpr double kClearlyBetter = 0.01;  // fit: about one sample in a hundred
 
 // Some edges of other things are taken for the object's: the more, the less of it is to be seen,
@@ -98,9 +100,11 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     }
     estimate.observations =
         search_.search(*picture_, T, samples.used, memory_, search_ranges_px[round], T_before_);
+    const std::vector<OutlinePlace> outline = compareColors(T, samples, estimate.observations);
+    RegionCue region(model_, camera_, options_, outline);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
-    Cue* const cues[] = {&edges, &texture_, &printed_, &expected};
+    Cue* const cues[] = {&edges, &texture_, &printed_, &region, &expected};
     limits.motion = motionWithin(search_ranges_px[round], T, samples.used);
     const PoseSolution solution = solvePose(T, cues, limits);
     T = solution.T_camera_model;
@@ -108,27 +112,46 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     estimate.given_keyframe = texture_.givenKeyframe();
     estimate.print_sigma_px =
         solution.cues[2].residuals >= 2 * kFewestPatches ? solution.cues[2].sigma_px : 0;
-    estimate.by_image =
-        solution.cues[0].hessian + solution.cues[1].hessian + solution.cues[2].hessian;
+    estimate.by_image = solution.hessian() - solution.cues.back().hessian;
     estimate.own_covariance =
         covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
     // Texture is told by poses of earlier frames, whose edges were displaced likewise: the edges
     // alone, the print, and what was known before, say what the shared errors come to.
     const Matrix6d known =
         prior && prior->independent ? prior->weightOf(T) * prior->information : known_;
-    const Matrix6d by_edges =
-        covarianceFromHessian(estimate.edges.hessian + solution.cues[2].hessian + known,
-                              kUnknownSigmaM, kUnknownSigmaRad);
+    const Matrix6d by_edges = covarianceFromHessian(
+        estimate.edges.hessian + solution.cues[2].hessian + solution.cues[3].hessian + known,
+        kUnknownSigmaM, kUnknownSigmaRad);
     estimate.covariance =
-        estimate.own_covariance + by_edges * estimate.edges.shared * by_edges.transpose();
+        estimate.own_covariance +
+        by_edges * (estimate.edges.shared + solution.cues[3].shared) * by_edges.transpose();
   }
   estimate.observations =
       search_.search(*picture_, T, samples.used, memory_, kHealthRange, T_before_);
+  compareColors(T, samples, estimate.observations);
   const VisibleSamples visible = countSamples(samples, T);
   estimate.health = assessHealth(visible, estimate.observations, texture_, printed_, options_);
   estimate.covariance *= doubtOf(visible, estimate.health);
   estimate.fit = fitOf(visible, estimate.observations);
   return estimate;
+}
+
+// Observations are in the order of the samples.
+std::vector<OutlinePlace> PoseRefiner::compareColors(
+    const SE3& T, const Samples& samples, std::vector<EdgeObservation>& observations) const {
+  std::vector<OutlinePlace> places;
+  if (!colors_.known() || !(options_.region_correlation > 0)) return places;
+  auto next = observations.begin();
+  for (const OutlineSample& s :
+       search_.outlineSamples(T, samples.used, kNearOutline_px, OutlineColors::kReach)) {
+    places.push_back(colors_.place(*picture_, s));
+    const auto seen = std::find_if(next, observations.end(),
+                                   [&](const EdgeObservation& o) { return o.sample == s.sample; });
+    if (seen == observations.end()) continue;
+    colors_.doubt(*picture_, s, static_cast<float>(options_.region_doubt), *seen);
+    next = seen + 1;
+  }
+  return places;
 }
 
 Estimate PoseRefiner::refineSmeared(const SE3& start, const SE3& T_before,
@@ -351,6 +374,13 @@ void PoseRefiner::remember(const Estimate& estimate) {
   const CoverMap& cover = coverAt(estimate.T_camera_model);
   surface_.learn(*picture_, estimate.T_camera_model, cover);
   learnContrast(estimate.observations);
+  if (options_.region_correlation > 0) {
+    const SE3& T = estimate.T_camera_model;
+    colors_.learn(*picture_,
+                  search_.outlineSamples(T, samplesAt(T, options_.max_samples).used,
+                                         kNearOutline_px, OutlineColors::kReach),
+                  static_cast<float>(options_.region_rate));
+  }
   texture_.correctKeyframe(estimate.given_keyframe, estimate.edges);
   if (!print_.isComplete() && texture_.keyframeNeeded(estimate.T_camera_model))
     texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance, cover,

@@ -16,6 +16,7 @@
 #include "tracker/particle_filter.h"
 #include "tracker/pose_solver.h"
 #include "tracker/print.h"
+#include "tracker/region_cue.h"
 #include "tracker/surface_look.h"
 #include "tracker/texture_cue.h"
 
@@ -123,6 +124,8 @@ class PoseRefiner {
     double familiar_share = 1;
   };
   Samples samplesAt(const SE3& T_camera_model, int max_samples);
+  std::vector<OutlinePlace> compareColors(const SE3& T_camera_model, const Samples& samples,
+                                          std::vector<EdgeObservation>& observations) const;
   VisibleSamples countSamples(const Samples& samples, const SE3& T_camera_model) const;
   double fitOf(const VisibleSamples& visible,
                const std::vector<EdgeObservation>& observations) const;
@@ -140,6 +143,7 @@ class PoseRefiner {
   const Print print_;
   TextureCue printed_;
   SurfaceLook surface_;
+  OutlineColors colors_;
   CoverMap changed_;  // parts of the current image, seen from T_changed_
   std::optional<SE3> T_changed_;
   Covers covers_ = Covers::kIgnored;

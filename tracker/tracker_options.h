@@ -60,6 +60,11 @@ struct TrackerOptions {
   double keyframe_view_cosine = 0.94;  // when the view turned by 20 degrees
   double keyframe_scale = 1.3;         // or when the distance changed by this factor
 
+  // Colours beside the outline.
+  double region_correlation = 8;  // so many neighbouring normals count as one; 0 = no colours
+  double region_rate = 0.2;       // of the running means of what is seen inside and beside
+  double region_doubt = 3;        // of an edge: this logarithm of a likelihood less than elsewhere
+
   // Health: the share of visible samples with an agreeing edge beyond what chance would bring.
   // Between `lost` and `claim` the pose is followed for a while, but neither claimed nor
   // remembered.
@@ -134,6 +139,9 @@ struct TrackerOptions {
     v("keyframe_agreement", keyframe_agreement, kFraction);
     v("keyframe_view_cosine", keyframe_view_cosine, Range{-1, 1});
     v("keyframe_scale", keyframe_scale, Range{1, 100});
+    v("region_correlation", region_correlation, Range{0, 1000});
+    v("region_rate", region_rate, kFraction);
+    v("region_doubt", region_doubt, kPositive);
     v("inlier_px", inlier_px, kPositive);
     v("claim_health", claim_health, kFraction);
     v("start_health", start_health, kFraction);
