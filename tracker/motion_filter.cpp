@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 namespace diorama {
 namespace {
@@ -38,10 +39,15 @@ Matrix6d ofCamera(const SE3& T_camera_model, double sigma_m, double sigma_rad) {
 
 }  // namespace
 
-// Of a Student distribution with six degrees of freedom.
+// Both of a Student distribution with six degrees of freedom.
 double PosePrior::weightOf(const SE3& T_found) const {
   const Vector6d e = log(T_camera_model.inverse() * T_found);
   return std::min(1.0, 12 / (6 + e.dot(information * e)));
+}
+
+double PosePrior::logDensity(const SE3& T_found) const {
+  const Vector6d e = log(T_camera_model.inverse() * T_found);
+  return -6 * std::log1p(e.dot(information * e) / 6);
 }
 
 CueEquations PriorCue::linearise(const SE3& T) {

@@ -17,6 +17,8 @@ struct PosePrior {
 
   // Less than 1 where a pose is further away than the covariance explains: a jerk.
   double weightOf(const SE3& T_camera_model_found) const;
+  // Logarithm, up to a constant, of a density with tails as heavy.
+  double logDensity(const SE3& T_camera_model_found) const;
 };
 
 // The prior as one cue among those of the image.

@@ -18,7 +18,7 @@ constexpr double kPrintView = 0.99, kPrintScale = 1.2;
 
 constexpr int kNearOutline_px = 3;  // so near the object is to be seen on one side alone
 
-constexpr double kClearlyBetter = 0.01;  // fit: about one sample in a hundred
+constexpr double kClearlyBetter = 0.5;  // by the factor e^0.5, one sample in a hundred
 
 // Some edges of other things are taken for the object's: the more, the less of it is to be seen,
 // and the fewer of its edges agree. Factor of the covariance.
@@ -28,14 +28,21 @@ double doubtOf(const VisibleSamples& visible, const TrackHealth& health) {
   return lack * lack / visible.familiar_share;
 }
 
-// Poses that explain the image about as well are possible, too.
-void addSpread(const std::vector<Estimate>& others, Estimate& best) {
-  constexpr double kAlike = 0.02;  // fit
+constexpr double kAlike = 0.02;  // fit: by so much less a pose is less likely by the factor e
+
+double logPosterior(const Estimate& estimate, const std::optional<PosePrior>& prior) {
+  return estimate.fit / kAlike + (prior ? prior->logDensity(estimate.T_camera_model) : 0);
+}
+
+// Poses that are about as likely are possible, too.
+void addSpread(const std::vector<Estimate>& others, const std::optional<PosePrior>& prior,
+               Estimate& best) {
   const SE3 T_best_camera = best.T_camera_model.inverse();
+  const double most = logPosterior(best, prior);
   double weights = 1;
   Matrix6d spread = Matrix6d::Zero();
   for (const Estimate& other : others) {
-    const double weight = std::exp(std::min(0.0, other.fit - best.fit) / kAlike);
+    const double weight = std::exp(std::min(0.0, logPosterior(other, prior) - most));
     const Vector6d away = log(T_best_camera * other.T_camera_model);
     weights += weight;
     spread += weight * away * away.transpose();
@@ -227,13 +234,16 @@ Estimate PoseRefiner::searchNeighbours(Estimate best, const std::optional<PosePr
       if (best.print_sigma_px > 0 && !(other.print_sigma_px > 0)) continue;
       others.push_back(std::move(other));
     }
-    const auto sharpest =
-        std::max_element(others.begin(), others.end(),
-                         [](const Estimate& a, const Estimate& b) { return a.fit < b.fit; });
-    if (sharpest == others.end() || sharpest->fit <= best.fit + kClearlyBetter) break;
-    std::swap(best, *sharpest);
+    const auto likeliest =
+        std::max_element(others.begin(), others.end(), [&](const Estimate& a, const Estimate& b) {
+          return logPosterior(a, prior) < logPosterior(b, prior);
+        });
+    if (likeliest == others.end() ||
+        logPosterior(*likeliest, prior) <= logPosterior(best, prior) + kClearlyBetter)
+      break;
+    std::swap(best, *likeliest);
   }
-  addSpread(others, best);
+  addSpread(others, prior, best);
   return best;
 }
 

@@ -88,8 +88,9 @@ class PoseRefiner {
   Estimate refineStart(const SE3& start, const std::optional<PosePrior>& prior = std::nullopt);
 
   // Round things have poses side by side that look nearly alike, centimetres apart. From a pose,
-  // steps along the principal directions of what its edges know, each refined: goes to the best
-  // fit, as long as there is a better one. Those that fit about as well add to the covariance.
+  // steps along the principal directions of what its edges know, each refined: goes to the likeliest
+  // by its fit and the prior, as long as there is a better one. Those about as likely add to the
+  // covariance.
   Estimate searchNeighbours(Estimate estimate,
                             const std::optional<PosePrior>& prior = std::nullopt);
 

@@ -10,7 +10,7 @@ from .implicit import smooth_min, split_views, surface_net
 from .mesh import Model, join
 from .noise import fbm, rng
 from .prints import ean13, matrix_code
-from .shapes import box, fillet, lathe, turned
+from .shapes import box, fillet, lathe, shell, turned
 from .surfaces import blend, colour, mottled, smoothstep, woven
 
 WRIST = 0.23  # height at which the hand begins
@@ -130,14 +130,20 @@ def creases(c, w, h):
 
 
 def nail(name):
+    """Lies round the finger like a tile with an oval outline, its rim in the skin."""
     joints, d = finger_joints(name)
-    r = 0.76 * FINGERS[name][2]
-    back = np.cross([1.0, 0, 0], d)
-    back = -back / np.linalg.norm(back)
+    r = FINGERS[name][2]
+    back = -np.cross([1.0, 0, 0], d)
+    back /= np.linalg.norm(back)
     side = np.cross(back, d)
-    turn = np.column_stack([side, back, d])
-    plate = box((1.45 * r, 0.0016, 0.0125), 0.0007, "nail", seg=2)
-    return plate.transformed(turn, joints[3] - 0.006 * d + (r - 0.0003) * back)
+    across, along = np.meshgrid(np.linspace(1, -1, 9), np.linspace(-1, 1, 11))
+    angle = 0.8 * across * np.sqrt(1 - 0.97 * along**4)
+    rim = np.maximum(np.abs(across), np.abs(along))**6
+    radius = (0.79 - 0.045 * along) * r + 0.0005 - 0.0010 * rim
+    place = 0.62 * r * along - 0.25 * r
+    points = (joints[3] + place[..., None] * d + (radius * np.cos(angle))[..., None] * back +
+              (radius * np.sin(angle))[..., None] * side)
+    return shell(points, "nail", 0.0008)
 
 
 def sleeve():
@@ -169,7 +175,7 @@ def build_hand():
     model.images["wool.jpg"] = wool()
     model.material("skin", image="skin.jpg", ks=0.028, ns=24)
     model.material("wool", image="wool.jpg", ks=0.0, ns=5)
-    model.material("nail", kd=(0.62, 0.36, 0.29), ks=0.04, ns=120)
+    model.material("nail", kd=(0.60, 0.34, 0.27), ks=0.04, ns=120)
     skin = surface_net(hand, (-0.06, -0.05, 0.152), (0.085, 0.045, 0.425), 0.0045, "skin")
     model.add("hand", split_views(skin, VIEW, 0.19))
     for name in FINGERS:
