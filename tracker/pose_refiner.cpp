@@ -273,9 +273,22 @@ PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T, int max_samples) {
     visible.push_back(sample);
     if (!u || !changed.isCovered(*u)) familiar.push_back(sample);
   }
+  if (covers_ == Covers::kLeftOut && changed.any()) removeUnfamiliar(T, familiar);
   const double share = std::max(1.0, static_cast<double>(familiar.size())) /
                        std::max(1.0, static_cast<double>(visible.size()));
   return {covers_ == Covers::kLeftOut ? std::move(familiar) : std::move(visible), share};
+}
+
+// The map knows only what has been seen before. Of the outline around it nothing is believed whose
+// inside has colours that are new.
+void PoseRefiner::removeUnfamiliar(const SE3& T, std::vector<int>& samples) const {
+  if (!colors_.known()) return;
+  auto next = samples.begin();
+  for (const OutlineSample& s :
+       search_.outlineSamples(T, samples, kNearOutline_px, OutlineColors::kReach)) {
+    next = std::find(next, samples.end(), s.sample);
+    if (!colors_.isFamiliar(*picture_, s)) next = samples.erase(next);
+  }
 }
 
 std::vector<int> PoseRefiner::visibleSamples(const SE3& T, int max_samples) {

@@ -125,6 +125,7 @@ class PoseRefiner {
     double familiar_share = 1;
   };
   Samples samplesAt(const SE3& T_camera_model, int max_samples);
+  void removeUnfamiliar(const SE3& T_camera_model, std::vector<int>& samples) const;
   std::vector<OutlinePlace> compareColors(const SE3& T_camera_model, const Samples& samples,
                                           std::vector<EdgeObservation>& observations) const;
   VisibleSamples countSamples(const Samples& samples, const SE3& T_camera_model) const;

@@ -56,6 +56,13 @@ void OutlineColors::learn(const EdgePicture& picture, const std::vector<OutlineS
   }
 }
 
+bool OutlineColors::isFamiliar(const EdgePicture& picture, const OutlineSample& s) const {
+  int familiar = 0;
+  for (int k = 1; k <= s.inner_px; ++k)
+    familiar += inside_[static_cast<size_t>(colorAt(picture, s.u_px - k * s.outwards))] > kOneIn;
+  return 2 * familiar >= s.inner_px;
+}
+
 int OutlineColors::likelihoods(const EdgePicture& picture, const OutlineSample& s,
                                std::array<float, kPlaces>& log_likelihood) const {
   float sum = 0;

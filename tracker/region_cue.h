@@ -29,6 +29,8 @@ class OutlineColors {
   bool known() const { return known_; }
   // From a pose that is right; `rate` of the running means.
   void learn(const EdgePicture& picture, const std::vector<OutlineSample>& outline, float rate);
+  // Whether most of the pixels inside have colours that were seen there before.
+  bool isFamiliar(const EdgePicture& picture, const OutlineSample& sample) const;
   // Those of the candidates that would leave the object's colours outside, or others inside, by
   // `doubt` (of the likelihood's logarithm) more than another place does, are not like before.
   OutlinePlace place(const EdgePicture& picture, const OutlineSample& sample) const;
