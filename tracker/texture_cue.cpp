@@ -122,8 +122,13 @@ CueEquations TextureCue::linearise(const SE3& T) {
     patch.distance_px = terms[i].second.norm();
     absolute_.push_back(patch.distance_px);
   }
-  equations.residuals = 2 * static_cast<int>(absolute_.size());
-  equations.sigma_px = std::max(kRayleigh * robustScale(absolute_), options_.texture_sigma_px);
+  // A pose can be fitted to three patches wherever they lie: that they agree tells nothing.
+  constexpr int kParameters = 6;
+  const int residuals = 2 * static_cast<int>(absolute_.size());
+  if (residuals <= kParameters) return given_keyframe_ = equations;
+  equations.residuals = residuals;
+  equations.sigma_px = std::max(kRayleigh * robustScale(absolute_), options_.texture_sigma_px) *
+                       std::sqrt(residuals / static_cast<double>(residuals - kParameters));
   for (size_t i = 0; i < patches_.size(); ++i) {
     if (!patches_[i].found) continue;
     const double weight =
