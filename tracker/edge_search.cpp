@@ -215,41 +215,42 @@ std::vector<EdgeObservation> EdgeSearch::search(const EdgePicture& picture, cons
   return observations;
 }
 
-std::vector<OutlineSample> EdgeSearch::outlineSamples(const SE3& T, const std::vector<int>& samples,
-                                                      int near_px, int far_px) const {
+std::vector<SampleSides> EdgeSearch::sidesOf(const SE3& T, const std::vector<int>& samples,
+                                             int near_px, int far_px, bool outline_only) const {
   const Matrix3d R = T.rotationMatrix();
   const SE3 T_model_camera = T.inverse();
   const Vector3d eye = T_model_camera.translation;
   const double behind = 1 + 2 * model_.diameter / std::max(T.translation.z(), 1e-3);
-  std::vector<OutlineSample> outline;
+  std::vector<SampleSides> sides;
   std::vector<Vector3d> points;
   for (const int index : samples) {
-    if (!onContour(index, eye)) continue;
+    if (outline_only && !onContour(index, eye)) continue;
     const auto line = projectSample(T, R, index);
     if (!line || !camera_.contains(line->u_px, far_px + 2)) continue;
-    outline.push_back({index, line->u_px, line->normal, 0, 0});
+    sides.push_back({index, line->u_px, line->normal});
     const Vector3d p = R * model_.samples[static_cast<size_t>(index)].p + T.translation;
-    const double scale = p.z() / camera_.fx();
+    const Vector3d pixel = p.z() / camera_.fx() * Vector3d(line->normal.x(), line->normal.y(), 0);
     for (const int px : {-far_px, -near_px, near_px, far_px})
-      points.push_back(
-          T_model_camera *
-              (behind * (p + px * scale * Vector3d(line->normal.x(), line->normal.y(), 0))) +
-          model_.centre_object);
+      points.push_back(T_model_camera * (behind * (p + px * pixel)) + model_.centre_object);
   }
   std::vector<uint8_t> on_object(points.size());
   rays_.occluded(object_, eye + model_.centre_object, points, on_object);
   size_t kept = 0;
-  for (size_t i = 0; i < outline.size(); ++i) {
-    const uint8_t* on = &on_object[4 * i];
-    if (on[1] == on[2]) continue;
-    const bool flipped = on[2];  // the object lies along the normal
-    OutlineSample& s = outline[kept++] = outline[i];
-    if (flipped) s.outwards = -s.outwards;
-    s.inner_px = on[flipped ? 3 : 0] ? far_px : near_px;
-    s.outer_px = on[flipped ? 0 : 3] ? near_px : far_px;
+  for (size_t i = 0; i < sides.size(); ++i) {
+    const auto [far_before, before, after, far_after] = std::array{
+        on_object[4 * i], on_object[4 * i + 1], on_object[4 * i + 2], on_object[4 * i + 3]};
+    const bool outline = before != after;
+    if (outline_only ? !outline : !before && !after) continue;
+    SampleSides& s = sides[kept++] = sides[i];
+    s.outline = outline;
+    s.inner_px = far_before == before ? far_px : near_px;
+    s.outer_px = far_after == after ? far_px : near_px;
+    if (before) continue;
+    s.outwards = -s.outwards;
+    std::swap(s.inner_px, s.outer_px);
   }
-  outline.resize(kept);
-  return outline;
+  sides.resize(kept);
+  return sides;
 }
 
 // Marks candidates of which neither side looks as remembered. When the light has changed, all of

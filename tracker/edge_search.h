@@ -27,13 +27,14 @@ struct EdgeObservation {
   double residual_px = 0;
 };
 
-// A sample with the object on one side of its edge and none of it on the other.
-struct OutlineSample {
+// What lies on both sides of a sample's edge.
+struct SampleSides {
   int sample = 0;
-  Vector2d u_px;      // where it projects,
-  Vector2d outwards;  // unit
-  int inner_px = 0;   // so far the object goes on, at least,
-  int outer_px = 0;   // ... and what is beside it
+  Vector2d u_px;         // where it projects,
+  Vector2d outwards;     // unit: to the side that is not the object, where one is
+  bool outline = false;  // one is: the object ends here; else both sides are the object
+  int inner_px = 0;      // at least so far either side goes on
+  int outer_px = 0;
 };
 
 class EdgeSearch {
@@ -71,11 +72,10 @@ class EdgeSearch {
                                       const std::vector<Contrast>& memory, int range_px,
                                       const std::optional<SE3>& T_before = std::nullopt) const;
 
-  // Those of the samples that are on the object's outline, seen from this pose: within near_px the
-  // object ends. Either side is known as far as near_px or far_px.
-  std::vector<OutlineSample> outlineSamples(const SE3& T_camera_model,
-                                            const std::vector<int>& samples, int near_px,
-                                            int far_px) const;
+  // The sides of samples near which the object is to be seen; only of those on its outline when
+  // `outline_only`. Asked about near_px and far_px away from the edge.
+  std::vector<SampleSides> sidesOf(const SE3& T_camera_model, const std::vector<int>& samples,
+                                   int near_px, int far_px, bool outline_only) const;
 
  private:
   bool onContour(const ModelEdge& edge, const Vector3d& eye) const;

@@ -122,8 +122,8 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   // Several poses may explain the part that is seen of an object.
   if (good && isHeld() && !report_.isCertain(kDoubted * estimate.covariance) &&
       refiner_.coverAt(estimate.T_camera_model).any()) {
-    estimate = refiner_.searchNeighbours(std::move(estimate),
-                                         motion_.expectedAt(frame.timestamp_ns));
+    estimate =
+        refiner_.searchNeighbours(std::move(estimate), motion_.expectedAt(frame.timestamp_ns));
     good = estimate.health.value >= needed;
   }
   doubts_ = good ? 0 : doubts_ + 1;

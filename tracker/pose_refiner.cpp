@@ -149,8 +149,8 @@ std::vector<OutlinePlace> PoseRefiner::compareColors(
   std::vector<OutlinePlace> places;
   if (!colors_.known() || !(options_.region_correlation > 0)) return places;
   auto next = observations.begin();
-  for (const OutlineSample& s :
-       search_.outlineSamples(T, samples.used, kNearOutline_px, OutlineColors::kReach)) {
+  for (const SampleSides& s :
+       search_.sidesOf(T, samples.used, kNearOutline_px, OutlineColors::kReach, true)) {
     places.push_back(colors_.place(*picture_, s));
     const auto seen = std::find_if(next, observations.end(),
                                    [&](const EdgeObservation& o) { return o.sample == s.sample; });
@@ -279,13 +279,13 @@ PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T, int max_samples) {
   return {covers_ == Covers::kLeftOut ? std::move(familiar) : std::move(visible), share};
 }
 
-// The map knows only what has been seen before. Of the outline around it nothing is believed whose
-// inside has colours that are new.
+// The map is coarse, and knows only sides that were seen before. Beside what it has found nothing
+// is believed whose surroundings have colours that are new.
 void PoseRefiner::removeUnfamiliar(const SE3& T, std::vector<int>& samples) const {
   if (!colors_.known()) return;
   auto next = samples.begin();
-  for (const OutlineSample& s :
-       search_.outlineSamples(T, samples, kNearOutline_px, OutlineColors::kReach)) {
+  for (const SampleSides& s :
+       search_.sidesOf(T, samples, kNearOutline_px, OutlineColors::kReach, false)) {
     next = std::find(next, samples.end(), s.sample);
     if (!colors_.isFamiliar(*picture_, s)) next = samples.erase(next);
   }
@@ -397,17 +397,21 @@ void PoseRefiner::remember(const Estimate& estimate) {
   const CoverMap& cover = coverAt(estimate.T_camera_model);
   surface_.learn(*picture_, estimate.T_camera_model, cover);
   learnContrast(estimate.observations);
-  if (options_.region_correlation > 0) {
-    const SE3& T = estimate.T_camera_model;
-    colors_.learn(*picture_,
-                  search_.outlineSamples(T, samplesAt(T, options_.max_samples).used,
-                                         kNearOutline_px, OutlineColors::kReach),
-                  static_cast<float>(options_.region_rate));
-  }
+  learnColors(estimate.T_camera_model, cover.any());
   texture_.correctKeyframe(estimate.given_keyframe, estimate.edges);
   if (!print_.isComplete() && texture_.keyframeNeeded(estimate.T_camera_model))
     texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance, cover,
                          print_);
+}
+
+// What covers the object must not be taken for it.
+void PoseRefiner::learnColors(const SE3& T, bool covered) {
+  if (!(options_.region_correlation > 0)) return;
+  const float rate = static_cast<float>(options_.region_rate);
+  colors_.learn(*picture_,
+                search_.sidesOf(T, visibleSamples(T, options_.max_samples), kNearOutline_px,
+                                OutlineColors::kReach, true),
+                covered ? 0 : rate, rate);
 }
 
 void PoseRefiner::learnContrast(const std::vector<EdgeObservation>& observations) {

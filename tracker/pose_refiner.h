@@ -88,9 +88,9 @@ class PoseRefiner {
   Estimate refineStart(const SE3& start, const std::optional<PosePrior>& prior = std::nullopt);
 
   // Round things have poses side by side that look nearly alike, centimetres apart. From a pose,
-  // steps along the principal directions of what its edges know, each refined: goes to the likeliest
-  // by its fit and the prior, as long as there is a better one. Those about as likely add to the
-  // covariance.
+  // steps along the principal directions of what its edges know, each refined: goes to the
+  // likeliest by its fit and the prior, as long as there is a better one. Those about as likely add
+  // to the covariance.
   Estimate searchNeighbours(Estimate estimate,
                             const std::optional<PosePrior>& prior = std::nullopt);
 
@@ -135,6 +135,7 @@ class PoseRefiner {
   double edgeMotion(const std::vector<EdgeObservation>& observations, const SE3& T) const;
   std::optional<double> logLikelihood(size_t visible_samples,
                                       const std::vector<EdgeObservation>& observations) const;
+  void learnColors(const SE3& T_camera_model, bool covered);
   void learnContrast(const std::vector<EdgeObservation>& observations);
 
   const EdgeModel& model_;

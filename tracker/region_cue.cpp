@@ -9,6 +9,7 @@ namespace {
 
 constexpr float kMislabelled = 0.14f;   // share of the pixels whose colour tells the wrong side
 constexpr double kSmallestScale = 0.7;  // of residuals over their standard deviations
+constexpr float kSeldom = 1e-3f;        // of a colour that is hardly the object's
 constexpr float kOneIn = 1e-4f;         // of a colour that was never seen
 constexpr double kPixelVariance = 1.0 / 12;
 
@@ -28,11 +29,11 @@ int OutlineColors::colorAt(const EdgePicture& picture, const Vector2d& u_px) {
   return ((c.r >> kShift) * kLevels + (c.g >> kShift)) * kLevels + (c.b >> kShift);
 }
 
-void OutlineColors::learn(const EdgePicture& picture, const std::vector<OutlineSample>& outline,
-                          float rate) {
+void OutlineColors::learn(const EdgePicture& picture, const std::vector<SampleSides>& outline,
+                          float inside_rate, float beside_rate) {
   std::vector<float> inside(kColors), beside(kColors);
   float inner = 0, outer = 0;
-  for (const OutlineSample& s : outline) {
+  for (const SampleSides& s : outline) {
     for (int k = 1; k <= s.inner_px; ++k, ++inner)
       ++inside[static_cast<size_t>(colorAt(picture, s.u_px - k * s.outwards))];
     for (int k = 1; k <= s.outer_px; ++k, ++outer)
@@ -44,26 +45,29 @@ void OutlineColors::learn(const EdgePicture& picture, const std::vector<OutlineS
     inside_.assign(kColors, 0);
     beside_.assign(kColors, 0);
     ratio_.assign(kColors, 0);
-    rate = 1;
+    inside_rate = beside_rate = 1;
   }
   known_ = true;
   for (size_t i = 0; i < kColors; ++i) {
-    inside_[i] += rate * (inside[i] / inner - inside_[i]);
-    beside_[i] += rate * (beside[i] / outer - beside_[i]);
+    inside_[i] += inside_rate * (inside[i] / inner - inside_[i]);
+    beside_[i] += beside_rate * (beside[i] / outer - beside_[i]);
     const float a = inside_[i] + kOneIn, b = beside_[i] + kOneIn;
     ratio_[i] = std::log(((1 - kMislabelled) * a + kMislabelled * b) /
                          (kMislabelled * a + (1 - kMislabelled) * b));
   }
 }
 
-bool OutlineColors::isFamiliar(const EdgePicture& picture, const OutlineSample& s) const {
-  int familiar = 0;
-  for (int k = 1; k <= s.inner_px; ++k)
-    familiar += inside_[static_cast<size_t>(colorAt(picture, s.u_px - k * s.outwards))] > kOneIn;
-  return 2 * familiar >= s.inner_px;
+bool OutlineColors::isFamiliar(const EdgePicture& picture, const SampleSides& s) const {
+  const auto isKnown = [&](const Vector2d& direction, int reach) {
+    int familiar = 0;
+    for (int k = 1; k <= reach; ++k)
+      familiar += inside_[static_cast<size_t>(colorAt(picture, s.u_px + k * direction))] > kSeldom;
+    return 2 * familiar >= reach;
+  };
+  return isKnown(-s.outwards, s.inner_px) && (s.outline || isKnown(s.outwards, s.outer_px));
 }
 
-int OutlineColors::likelihoods(const EdgePicture& picture, const OutlineSample& s,
+int OutlineColors::likelihoods(const EdgePicture& picture, const SampleSides& s,
                                std::array<float, kPlaces>& log_likelihood) const {
   float sum = 0;
   int count = 0;
@@ -76,7 +80,7 @@ int OutlineColors::likelihoods(const EdgePicture& picture, const OutlineSample& 
   return count + 1;
 }
 
-OutlinePlace OutlineColors::place(const EdgePicture& picture, const OutlineSample& s) const {
+OutlinePlace OutlineColors::place(const EdgePicture& picture, const SampleSides& s) const {
   std::array<float, kPlaces> log_likelihood;
   const int count = likelihoods(picture, s, log_likelihood);
   const float best = *std::max_element(log_likelihood.begin(), log_likelihood.begin() + count);
@@ -99,7 +103,7 @@ OutlinePlace OutlineColors::place(const EdgePicture& picture, const OutlineSampl
   return place;
 }
 
-void OutlineColors::doubt(const EdgePicture& picture, const OutlineSample& s, float doubt,
+void OutlineColors::doubt(const EdgePicture& picture, const SampleSides& s, float doubt,
                           EdgeObservation& o) const {
   std::array<float, kPlaces> log_likelihood;
   const int count = likelihoods(picture, s, log_likelihood);

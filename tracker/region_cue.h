@@ -27,21 +27,22 @@ class OutlineColors {
   static constexpr int kReach = 8;  // px, on each side
 
   bool known() const { return known_; }
-  // From a pose that is right; `rate` of the running means.
-  void learn(const EdgePicture& picture, const std::vector<OutlineSample>& outline, float rate);
-  // Whether most of the pixels inside have colours that were seen there before.
-  bool isFamiliar(const EdgePicture& picture, const OutlineSample& sample) const;
+  // From a pose that is right; rates of the running means.
+  void learn(const EdgePicture& picture, const std::vector<SampleSides>& outline, float inside_rate,
+             float beside_rate);
+  // Whether most of the pixels of the object beside a sample have colours that were seen before.
+  bool isFamiliar(const EdgePicture& picture, const SampleSides& sample) const;
   // Those of the candidates that would leave the object's colours outside, or others inside, by
   // `doubt` (of the likelihood's logarithm) more than another place does, are not like before.
-  OutlinePlace place(const EdgePicture& picture, const OutlineSample& sample) const;
-  void doubt(const EdgePicture& picture, const OutlineSample& sample, float doubt,
+  OutlinePlace place(const EdgePicture& picture, const SampleSides& sample) const;
+  void doubt(const EdgePicture& picture, const SampleSides& sample, float doubt,
              EdgeObservation& observation) const;
 
  private:
   static constexpr int kLevels = 16, kColors = kLevels * kLevels * kLevels;
   static constexpr int kPlaces = 2 * kReach + 1;
   // log_likelihood[k]: of the outline k - inner_px - 0.5 px outwards. Returns their number.
-  int likelihoods(const EdgePicture& picture, const OutlineSample& sample,
+  int likelihoods(const EdgePicture& picture, const SampleSides& sample,
                   std::array<float, kPlaces>& log_likelihood) const;
   static int colorAt(const EdgePicture& picture, const Vector2d& u_px);
 
