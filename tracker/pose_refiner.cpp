@@ -273,9 +273,9 @@ PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T, int max_samples) {
     visible.push_back(sample);
     if (!u || !changed.isCovered(*u)) familiar.push_back(sample);
   }
-  if (covers_ == Covers::kLeftOut && changed.any()) removeUnfamiliar(T, familiar);
   const double share = std::max(1.0, static_cast<double>(familiar.size())) /
                        std::max(1.0, static_cast<double>(visible.size()));
+  if (covers_ == Covers::kLeftOut && changed.any()) removeUnfamiliar(T, familiar);
   return {covers_ == Covers::kLeftOut ? std::move(familiar) : std::move(visible), share};
 }
 
