@@ -75,9 +75,9 @@ struct TrackerOptions {
   double kept_health = 0.5;      // ... when the given pose was right within wide_search_px
   double certain_health = 0.85;  // of a start that needs no comparison with others around it
   double lost_health = 0.2;
-  int doubtful_frames = 10;      // in a row, before the object is lost
-  double claim_sigma_m = 0.025;  // a pose that is less certain is not claimed: half of what counts
-  double claim_sigma_rad = 0.044;  // as lost, 5 cm and 5 degrees
+  int doubtful_frames = 10;        // in a row, before the object is lost
+  double claim_sigma_m = 0.03;     // a pose that is less certain is not claimed: 0.6 of what counts
+  double claim_sigma_rad = 0.052;  // as lost, 5 cm and 5 degrees
 
   // Neighbours of a start, compared by how sharply their edges agree.
   double fit_sigma_px = 0.3;  // that edges of the right pose keep, but for a few
