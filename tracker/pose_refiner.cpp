@@ -107,8 +107,8 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
     }
     estimate.observations =
         search_.search(*picture_, T, samples.used, memory_, search_ranges_px[round], T_before_);
-    const std::vector<OutlinePlace> outline = compareColors(T, samples, estimate.observations);
-    RegionCue region(model_, camera_, options_, outline);
+    doubtEdges(samples.outline, estimate.observations);
+    RegionCue region(model_, camera_, options_, samples.outline);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
     Cue* const cues[] = {&edges, &texture_, &printed_, &region, &expected};
@@ -135,30 +135,37 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   }
   estimate.observations =
       search_.search(*picture_, T, samples.used, memory_, kHealthRange, T_before_);
-  compareColors(T, samples, estimate.observations);
+  doubtEdges(samples.outline, estimate.observations);
   const VisibleSamples visible = countSamples(samples, T);
+  estimate.samples = std::move(samples.used);
   estimate.health = assessHealth(visible, estimate.observations, texture_, printed_, options_);
   estimate.covariance *= doubtOf(visible, estimate.health);
   estimate.fit = fitOf(visible, estimate.observations);
   return estimate;
 }
 
-// Observations are in the order of the samples.
-std::vector<OutlinePlace> PoseRefiner::compareColors(
-    const SE3& T, const Samples& samples, std::vector<EdgeObservation>& observations) const {
-  std::vector<OutlinePlace> places;
-  if (!colors_.known() || !(options_.region_correlation > 0)) return places;
-  auto next = observations.begin();
+std::vector<OutlineLikelihood> PoseRefiner::outlineAt(const SE3& T,
+                                                      const std::vector<int>& samples) const {
+  std::vector<OutlineLikelihood> outline;
+  if (!colors_.known()) return outline;
   for (const SampleSides& s :
-       search_.sidesOf(T, samples.used, kNearOutline_px, OutlineColors::kReach, true)) {
-    places.push_back(colors_.place(*picture_, s));
-    const auto seen = std::find_if(next, observations.end(),
-                                   [&](const EdgeObservation& o) { return o.sample == s.sample; });
+       search_.sidesOf(T, samples, kNearOutline_px, OutlineLikelihood::kReach, true))
+    outline.push_back(colors_.compare(*picture_, s));
+  return outline;
+}
+
+// Both in the order of the samples.
+void PoseRefiner::doubtEdges(const std::vector<OutlineLikelihood>& outline,
+                             std::vector<EdgeObservation>& observations) const {
+  auto next = observations.begin();
+  for (const OutlineLikelihood& likelihood : outline) {
+    const auto seen = std::find_if(next, observations.end(), [&](const EdgeObservation& o) {
+      return o.sample == likelihood.at.sample;
+    });
     if (seen == observations.end()) continue;
-    colors_.doubt(*picture_, s, static_cast<float>(options_.region_doubt), *seen);
+    likelihood.doubt(options_.region_doubt, *seen);
     next = seen + 1;
   }
-  return places;
 }
 
 Estimate PoseRefiner::refineSmeared(const SE3& start, const SE3& T_before,
@@ -276,7 +283,9 @@ PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T, int max_samples) {
   const double share = std::max(1.0, static_cast<double>(familiar.size())) /
                        std::max(1.0, static_cast<double>(visible.size()));
   if (covers_ == Covers::kLeftOut && changed.any()) removeUnfamiliar(T, familiar);
-  return {covers_ == Covers::kLeftOut ? std::move(familiar) : std::move(visible), share};
+  std::vector<int>& used = covers_ == Covers::kLeftOut ? familiar : visible;
+  std::vector<OutlineLikelihood> outline = outlineAt(T, used);
+  return {std::move(used), share, std::move(outline)};
 }
 
 // The map is coarse, and knows only sides that were seen before. Beside what it has found nothing
@@ -285,7 +294,7 @@ void PoseRefiner::removeUnfamiliar(const SE3& T, std::vector<int>& samples) cons
   if (!colors_.known()) return;
   auto next = samples.begin();
   for (const SampleSides& s :
-       search_.sidesOf(T, samples, kNearOutline_px, OutlineColors::kReach, false)) {
+       search_.sidesOf(T, samples, kNearOutline_px, OutlineLikelihood::kReach, false)) {
     next = std::find(next, samples.end(), s.sample);
     if (!colors_.isFamiliar(*picture_, s)) next = samples.erase(next);
   }
@@ -397,7 +406,7 @@ void PoseRefiner::remember(const Estimate& estimate) {
   const CoverMap& cover = coverAt(estimate.T_camera_model);
   surface_.learn(*picture_, estimate.T_camera_model, cover);
   learnContrast(estimate.observations);
-  learnColors(estimate.T_camera_model, cover.any());
+  learnColors(estimate, cover.any());
   texture_.correctKeyframe(estimate.given_keyframe, estimate.edges);
   if (!print_.isComplete() && texture_.keyframeNeeded(estimate.T_camera_model))
     texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance, cover,
@@ -405,12 +414,12 @@ void PoseRefiner::remember(const Estimate& estimate) {
 }
 
 // What covers the object must not be taken for it.
-void PoseRefiner::learnColors(const SE3& T, bool covered) {
+void PoseRefiner::learnColors(const Estimate& estimate, bool covered) {
   if (!(options_.region_correlation > 0)) return;
   const float rate = static_cast<float>(options_.region_rate);
   colors_.learn(*picture_,
-                search_.sidesOf(T, visibleSamples(T, options_.max_samples), kNearOutline_px,
-                                OutlineColors::kReach, true),
+                search_.sidesOf(estimate.T_camera_model, estimate.samples, kNearOutline_px,
+                                OutlineLikelihood::kReach, true),
                 covered ? 0 : rate, rate);
 }
 

@@ -32,6 +32,7 @@ struct Estimate {
   bool by_prediction = false;            // a prior was among the cues
   CueEquations edges;
   CueEquations given_keyframe;  // of the texture, were its keyframe's pose exact
+  std::vector<int> samples;     // of the model, that were looked for
   std::vector<EdgeObservation> observations;
   TrackHealth health;
   // How sharply the edges agree, in [0, 1]: what tells the right one of two poses that both look
@@ -123,11 +124,14 @@ class PoseRefiner {
   struct Samples {
     std::vector<int> used;
     double familiar_share = 1;
+    std::vector<OutlineLikelihood> outline;
   };
   Samples samplesAt(const SE3& T_camera_model, int max_samples);
   void removeUnfamiliar(const SE3& T_camera_model, std::vector<int>& samples) const;
-  std::vector<OutlinePlace> compareColors(const SE3& T_camera_model, const Samples& samples,
-                                          std::vector<EdgeObservation>& observations) const;
+  std::vector<OutlineLikelihood> outlineAt(const SE3& T_camera_model,
+                                           const std::vector<int>& samples) const;
+  void doubtEdges(const std::vector<OutlineLikelihood>& outline,
+                  std::vector<EdgeObservation>& observations) const;
   VisibleSamples countSamples(const Samples& samples, const SE3& T_camera_model) const;
   double fitOf(const VisibleSamples& visible,
                const std::vector<EdgeObservation>& observations) const;
@@ -135,7 +139,7 @@ class PoseRefiner {
   double edgeMotion(const std::vector<EdgeObservation>& observations, const SE3& T) const;
   std::optional<double> logLikelihood(size_t visible_samples,
                                       const std::vector<EdgeObservation>& observations) const;
-  void learnColors(const SE3& T_camera_model, bool covered);
+  void learnColors(const Estimate& estimate, bool covered);
   void learnContrast(const std::vector<EdgeObservation>& observations);
 
   const EdgeModel& model_;

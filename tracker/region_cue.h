@@ -14,37 +14,35 @@
 
 namespace diorama {
 
-// Where pixels along the normal of one sample want the outline.
-struct OutlinePlace {
-  int sample = 0;
-  Vector2d u_px, outwards;
-  double mean_px = 0;      // along `outwards`
+// What the pixels along the normal of a sample say of the outline's place: the logarithm of a
+// likelihood for each place between two of them, and the Gaussian nearest to it.
+struct OutlineLikelihood {
+  static constexpr int kReach = 8;  // px, on each side
+  std::array<float, 2 * kReach + 2> values;
+  int count = 0;  // of places, a pixel apart; the first one is half a pixel before inner_px
+  float best = 0;
+  SampleSides at;
+  double mean_px = 0;      // from at.u_px outwards
   double information = 0;  // 1/px^2; 0 = the pixels tell nothing
+
+  // Candidates whose place is less likely than the best by the factor exp(doubt) are not like
+  // before.
+  void doubt(double doubt, EdgeObservation& observation) const;
 };
 
 class OutlineColors {
  public:
-  static constexpr int kReach = 8;  // px, on each side
-
   bool known() const { return known_; }
   // From a pose that is right; rates of the running means.
   void learn(const EdgePicture& picture, const std::vector<SampleSides>& outline, float inside_rate,
              float beside_rate);
+  OutlineLikelihood compare(const EdgePicture& picture, const SampleSides& sample) const;
   // Whether most of the pixels of the object beside a sample have colours that were seen before.
   bool isFamiliar(const EdgePicture& picture, const SampleSides& sample) const;
-  // Those of the candidates that would leave the object's colours outside, or others inside, by
-  // `doubt` (of the likelihood's logarithm) more than another place does, are not like before.
-  OutlinePlace place(const EdgePicture& picture, const SampleSides& sample) const;
-  void doubt(const EdgePicture& picture, const SampleSides& sample, float doubt,
-             EdgeObservation& observation) const;
 
  private:
   static constexpr int kLevels = 16, kColors = kLevels * kLevels * kLevels;
-  static constexpr int kPlaces = 2 * kReach + 1;
-  // log_likelihood[k]: of the outline k - inner_px - 0.5 px outwards. Returns their number.
-  int likelihoods(const EdgePicture& picture, const SampleSides& sample,
-                  std::array<float, kPlaces>& log_likelihood) const;
-  static int colorAt(const EdgePicture& picture, const Vector2d& u_px);
+  static size_t colorAt(const EdgePicture& picture, const Vector2d& u_px);
 
   bool known_ = false;
   std::vector<float> inside_, beside_;  // shares of the colours
@@ -55,15 +53,15 @@ class RegionCue : public Cue {
  public:
   // All references must outlive this object.
   RegionCue(const EdgeModel& model, const Camera& camera, const TrackerOptions& options,
-            const std::vector<OutlinePlace>& places)
-      : model_(model), camera_(camera), options_(options), places_(places) {}
+            const std::vector<OutlineLikelihood>& outline)
+      : model_(model), camera_(camera), options_(options), outline_(outline) {}
   CueEquations linearise(const SE3& T_camera_model) override;
 
  private:
   const EdgeModel& model_;
   const Camera& camera_;
   const TrackerOptions& options_;
-  const std::vector<OutlinePlace>& places_;
+  const std::vector<OutlineLikelihood>& outline_;
 };
 
 }  // namespace diorama
