@@ -257,11 +257,18 @@ Estimate PoseRefiner::searchNeighbours(Estimate best, const std::optional<PosePr
 // The map is coarse: it holds for poses nearby.
 const CoverMap& PoseRefiner::changedAt(const SE3& T) {
   constexpr double kNearby = 3;  // px
-  if (!T_changed_ || pixelMotion(T, *T_changed_) > kNearby) {
-    changed_ = covers_ == Covers::kIgnored ? CoverMap() : surface_.compare(*picture_, T);
+  if (covers_ != Covers::kIgnored) lookFrom(T, kNearby);
+  return changed_;
+}
+
+// The surface, from a pose so near at most.
+const std::vector<SurfaceLook::Sight>& PoseRefiner::lookFrom(const SE3& T, double distance_px) {
+  if (!T_changed_ || pixelMotion(T, *T_changed_) > distance_px) {
+    sights_ = surface_.look(*picture_, T);
+    changed_ = surface_.compare(sights_);
     T_changed_ = T;
   }
-  return changed_;
+  return sights_;
 }
 
 const CoverMap& PoseRefiner::coverAt(const SE3& T) {
@@ -404,7 +411,8 @@ double PoseRefiner::edgeScore(const SE3& T) {
 
 void PoseRefiner::remember(const Estimate& estimate) {
   const CoverMap& cover = coverAt(estimate.T_camera_model);
-  surface_.learn(*picture_, estimate.T_camera_model, cover);
+  constexpr double kSame = 0.5;  // px
+  surface_.learn(lookFrom(estimate.T_camera_model, kSame), cover);
   learnContrast(estimate.observations);
   learnColors(estimate, cover.any());
   texture_.correctKeyframe(estimate.given_keyframe, estimate.edges);

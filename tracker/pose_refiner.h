@@ -64,6 +64,7 @@ class PoseRefiner {
     part_ = {};
     covers_ = covers;
     T_changed_.reset();
+    changed_ = {};
   }
 
   // Only the object's edges in this part of the image are looked for.
@@ -121,6 +122,7 @@ class PoseRefiner {
   Matrix6d motionWithin(double range_px, const SE3& T_camera_model,
                         const std::vector<int>& samples) const;
   const CoverMap& changedAt(const SE3& T_camera_model);
+  const std::vector<SurfaceLook::Sight>& lookFrom(const SE3& T_camera_model, double distance_px);
   struct Samples {
     std::vector<int> used;
     double familiar_share = 1;
@@ -151,7 +153,8 @@ class PoseRefiner {
   TextureCue printed_;
   SurfaceLook surface_;
   OutlineColors colors_;
-  CoverMap changed_;  // parts of the current image, seen from T_changed_
+  std::vector<SurfaceLook::Sight> sights_;  // of the current image, from T_changed_
+  CoverMap changed_;                        // parts of it
   std::optional<SE3> T_changed_;
   Covers covers_ = Covers::kIgnored;
   std::vector<Contrast> memory_;  // one per sample of the model

@@ -152,10 +152,8 @@ float SurfaceLook::differenceOf(const Vector3f& value, const Point& point) {
 
 float SurfaceLook::toleranceOf(const Point& point) const { return tolerance_ + 3 * point.spread; }
 
-CoverMap SurfaceLook::compare(const EdgePicture& picture, const SE3& T) const {
-  if (!learned_) return {};
-  const std::vector<Sight> sights = look(picture, T);
-  if (sights.empty()) return {};
+CoverMap SurfaceLook::compare(const std::vector<Sight>& sights) const {
+  if (!learned_ || sights.empty()) return {};
   Vector2d low = sights.front().u_px, high = low;
   for (const Sight& sight : sights) {
     low = low.cwiseMin(sight.u_px);
@@ -171,8 +169,7 @@ CoverMap SurfaceLook::compare(const EdgePicture& picture, const SE3& T) const {
   return cover;
 }
 
-void SurfaceLook::learn(const EdgePicture& picture, const SE3& T, const CoverMap& cover) {
-  const std::vector<Sight> sights = look(picture, T);
+void SurfaceLook::learn(const std::vector<Sight>& sights, const CoverMap& cover) {
   brightness_ = brightness(sights);
   learned_ = true;
   for (const Sight& sight : sights) {

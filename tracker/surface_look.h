@@ -49,11 +49,19 @@ class SurfaceLook {
   SurfaceLook(const Mesh& mesh, const Vector3d& centre_object, const Camera& camera,
               const RayQuery& rays, int object, const TrackerOptions& options);
 
-  // Compares what is seen from this pose with what was learned. Nothing learned, nothing covered.
-  CoverMap compare(const EdgePicture& picture, const SE3& T_camera_model) const;
+  // What is seen of the surface from a pose.
+  struct Sight {
+    size_t point;
+    Vector2d u_px;
+    Vector3f value;  // levels
+  };
+  std::vector<Sight> look(const EdgePicture& picture, const SE3& T_camera_model) const;
+
+  // Compares what is seen with what was learned. Nothing learned, nothing covered.
+  CoverMap compare(const std::vector<Sight>& sights) const;
 
   // Learns from a pose that is right, where nothing covers it.
-  void learn(const EdgePicture& picture, const SE3& T_camera_model, const CoverMap& cover);
+  void learn(const std::vector<Sight>& sights, const CoverMap& cover);
 
  private:
   struct Point {
@@ -63,13 +71,6 @@ class SurfaceLook {
     bool known = false;
     int changed_for = 0;  // learned frames in a row
   };
-  struct Sight {
-    size_t point;
-    Vector2d u_px;
-    Vector3f value;  // levels
-  };
-
-  std::vector<Sight> look(const EdgePicture& picture, const SE3& T_camera_model) const;
   static float differenceOf(const Vector3f& value, const Point& point);
   float toleranceOf(const Point& point) const;
   float brightness(const std::vector<Sight>& sights) const;
