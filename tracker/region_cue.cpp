@@ -12,6 +12,7 @@ constexpr float kSeldom = 1e-3f;        // share of a colour that is hardly the 
 constexpr float kUnseen = 1e-4f;        // ... of one that was never seen
 constexpr float kFewestPixels = 100;    // to learn from
 constexpr double kHardlyAny = 0.02;     // 1/px^2
+constexpr size_t kEvery = 2;            // neighbouring normals tell the same
 constexpr double kSmallestScale = 0.7;  // of residuals over their standard deviations
 
 // Of what is spread evenly over so many pixels.
@@ -125,7 +126,7 @@ CueEquations RegionCue::linearise(const SE3& T) {
   CueEquations equations;
   std::vector<Vector6d> jacobians(outline_.size());
   std::vector<double> residuals(outline_.size()), absolute;
-  for (size_t i = 0; i < outline_.size(); ++i) {
+  for (size_t i = 0; i < outline_.size(); i += kEvery) {
     const SampleSides& at = outline_[i].at;
     if (!(outline_[i].information > 0)) continue;
     const Vector3d& p = model_.samples[static_cast<size_t>(at.sample)].p;
@@ -140,7 +141,7 @@ CueEquations RegionCue::linearise(const SE3& T) {
   equations.residuals = static_cast<int>(absolute.size());
   const double scale = std::max(robustScale(absolute), kSmallestScale);
   SideErrors errors(camera_, T);
-  for (size_t i = 0; i < outline_.size(); ++i) {
+  for (size_t i = 0; i < outline_.size(); i += kEvery) {
     const OutlineLikelihood& o = outline_[i];
     if (!(o.information > 0)) continue;
     const double weight = tukeyWeight(residuals[i] / scale, options_.tukey_constant) /
