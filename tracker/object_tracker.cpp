@@ -3,11 +3,13 @@
 //   predict        by the motion so far, or the given start; how sure that is counts in refine
 //   align          grey values of the last good frame, coarse to fine: carries large motions
 //   filter         with several particles: each is moved, refined and weighted; their mean goes on
-//   refine         rounds of {search edges along normals, robust Gauss-Newton with texture patches}
+//   refine         rounds of {search edges along normals, robust Gauss-Newton with texture patches
+//                  and the colours beside the outline}
 //   assess         health: do the edges and the texture agree with the pose?
 //   rescue         when they do not: screened random starts, aligned and refined; from a given
 //                  start, annealed particles
-//   remember       when they do: contrast of the edges, reference pixels, keyframe of the patches
+//   remember       when they do: contrast of the edges, colours, reference pixels, keyframe of the
+//                  patches
 //
 // Poses inside are T_camera_model, the model frame being the object frame moved to the box centre.
 #include "tracker/object_tracker.h"

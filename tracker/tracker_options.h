@@ -61,7 +61,7 @@ struct TrackerOptions {
   double keyframe_scale = 1.3;         // or when the distance changed by this factor
 
   // Colours beside the outline.
-  double region_correlation = 4;  // so many neighbouring normals count as one; 0 = no colours
+  double region_correlation = 4;  // so many normals of those compared count as one; 0 = no colours
   double region_rate = 0.2;       // of the running means of what is seen inside and beside
   double region_doubt = 3;        // of an edge: this logarithm of a likelihood less than elsewhere
 
