@@ -1,6 +1,7 @@
 #include "tracker/edge_model.h"
 
 #include <algorithm>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -91,6 +92,12 @@ EdgeModel makeEdgeModel(const Mesh& mesh, const TrackerOptions& options) {
     addSamples(model, model.edges.size() - 1);
   }
   return model;
+}
+
+double pixelMotion(const EdgeModel& model, const Camera& camera, const SE3& a, const SE3& b) {
+  const double moved = (a.translation - b.translation).norm();
+  const double turned = std::numbers::sqrt2 * angleBetween(a.rotation, b.rotation);
+  return camera.fx() / a.translation.z() * (moved + 0.35 * model.diameter * turned);
 }
 
 }  // namespace diorama

@@ -53,4 +53,7 @@ struct ProjectedBox {
 };
 ProjectedBox projectedBox(const EdgeModel& model, const Camera& camera, const SE3& T_camera_model);
 
+// About how far the projection moves between two poses T_camera_model, px.
+double pixelMotion(const EdgeModel& model, const Camera& camera, const SE3& a, const SE3& b);
+
 }  // namespace diorama

@@ -16,8 +16,6 @@ constexpr double kUnknownSigmaRad = 1.0;
 // How much a view may change, before the print is seen anew: by 8 degrees, or this factor.
 constexpr double kPrintView = 0.99, kPrintScale = 1.2;
 
-constexpr int kNearOutline_px = 3;  // so near the object is to be seen on one side alone
-
 constexpr double kClearlyBetter = 0.5;  // by the factor e^0.5, one sample in a hundred
 
 // Some edges of other things are taken for the object's: the more, the less of it is to be seen,
@@ -75,67 +73,49 @@ PoseRefiner::PoseRefiner(const EdgeModel& model, const Mesh& mesh, const Camera&
       camera_(camera),
       options_(options),
       search_(model, camera, rays, object, options),
+      selection_(model, mesh, camera, rays, object, search_, options),
       texture_(model, camera, rays, object, options, options.texture_correlation),
       print_(options.print_patches > 0 ? mesh : Mesh(), model.centre_object, camera, rays, object),
       printed_(model, camera, rays, object, options, options.print_correlation),
-      surface_(mesh, model.centre_object, camera, rays, object, options),
       memory_(model.samples.size()) {}
 
 Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ranges_px,
                              const std::optional<PosePrior>& prior) {
   Estimate estimate;
-  estimate.T_camera_model = start;
-  SE3& T = estimate.T_camera_model;
-  SE3 T_samples = start, T_texture = start;
-  Samples samples = samplesAt(T, options_.max_samples);
-  SolverLimits limits = solverLimits();
-  if (!print_.empty() && printed_.viewChanged(T, kPrintView, kPrintScale))
-    printed_.setPatches(print_.patchesSeenFrom(T, options_.print_patches), T);
-  const auto alignPatches = [&] {
-    for (TextureCue* cue : {&texture_, &printed_}) cue->align(*picture_->grey, T, coverAt(T));
+  SE3& T = estimate.T_camera_model = start;
+  SE3 T_samples, T_texture;
+  SampleSelection::Samples samples;
+  std::vector<OutlineLikelihood> outline;
+  const auto selectSamples = [&] {
+    samples = selection_.at(T_samples = T, options_.max_samples);
+    outline = selection_.outlineAt(T, samples.used);
   };
-  alignPatches();
+  const auto search = [&](int range_px) {
+    estimate.observations =
+        search_.search(*picture_, T, samples.used, memory_, range_px, T_before_);
+    doubtEdges(outline, options_.region_doubt, estimate.observations);
+  };
+  selectSamples();
+  seePrint(T);
+  alignPatches(T_texture = T);
   PriorCue expected(prior.value_or(PosePrior()));
-  estimate.by_prediction = prior.has_value();
-
+  SolverLimits limits = solverLimits();
+  PoseSolution solution;
   for (size_t round = 0; round < search_ranges_px.size(); ++round) {
     const bool last = round + 1 == search_ranges_px.size();
-    if (pixelMotion(T, T_samples) > 4) samples = samplesAt(T_samples = T, options_.max_samples);
-    if (pixelMotion(T, T_texture) > 3) {
-      T_texture = T;
-      alignPatches();
-    }
-    estimate.observations =
-        search_.search(*picture_, T, samples.used, memory_, search_ranges_px[round], T_before_);
-    doubtEdges(samples.outline, estimate.observations);
-    RegionCue region(model_, camera_, options_, samples.outline);
+    if (pixelMotion(T, T_samples) > 4) selectSamples();
+    if (pixelMotion(T, T_texture) > 3) alignPatches(T_texture = T);
+    search(search_ranges_px[round]);
     EdgeCue edges(model_, camera_, options_, estimate.observations,
                   last ? options_.narrow_sigma_px : options_.wide_sigma_px);
+    RegionCue region(model_, camera_, options_, outline);
     Cue* const cues[] = {&edges, &texture_, &printed_, &region, &expected};
     limits.motion = motionWithin(search_ranges_px[round], T, samples.used);
-    const PoseSolution solution = solvePose(T, cues, limits);
+    solution = solvePose(T, cues, limits);
     T = solution.T_camera_model;
-    estimate.edges = solution.cues[0];
-    estimate.given_keyframe = texture_.givenKeyframe();
-    estimate.print_sigma_px =
-        solution.cues[2].residuals >= 2 * kFewestPatches ? solution.cues[2].sigma_px : 0;
-    estimate.by_image = solution.hessian() - solution.cues.back().hessian;
-    estimate.own_covariance =
-        covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
-    // Texture is told by poses of earlier frames, whose edges were displaced likewise: the edges
-    // alone, the print, and what was known before, say what the shared errors come to.
-    const Matrix6d known =
-        prior && prior->independent ? prior->weightOf(T) * prior->information : known_;
-    const Matrix6d by_edges = covarianceFromHessian(
-        estimate.edges.hessian + solution.cues[2].hessian + solution.cues[3].hessian + known,
-        kUnknownSigmaM, kUnknownSigmaRad);
-    estimate.covariance =
-        estimate.own_covariance +
-        by_edges * (estimate.edges.shared + solution.cues[3].shared) * by_edges.transpose();
   }
-  estimate.observations =
-      search_.search(*picture_, T, samples.used, memory_, kHealthRange, T_before_);
-  doubtEdges(samples.outline, estimate.observations);
+  setCovariance(solution, prior, estimate);
+  search(kHealthRange);
   const VisibleSamples visible = countSamples(samples, T);
   estimate.samples = std::move(samples.used);
   estimate.health = assessHealth(visible, estimate.observations, texture_, printed_, options_);
@@ -144,28 +124,36 @@ Estimate PoseRefiner::refine(const SE3& start, const std::vector<int>& search_ra
   return estimate;
 }
 
-std::vector<OutlineLikelihood> PoseRefiner::outlineAt(const SE3& T,
-                                                      const std::vector<int>& samples) const {
-  std::vector<OutlineLikelihood> outline;
-  if (!colors_.known()) return outline;
-  for (const SampleSides& s :
-       search_.sidesOf(T, samples, kNearOutline_px, OutlineLikelihood::kReach, true))
-    outline.push_back(colors_.compare(*picture_, s));
-  return outline;
+void PoseRefiner::seePrint(const SE3& T) {
+  if (!print_.empty() && printed_.viewChanged(T, kPrintView, kPrintScale))
+    printed_.setPatches(print_.patchesSeenFrom(T, options_.print_patches), T);
 }
 
-// Both in the order of the samples.
-void PoseRefiner::doubtEdges(const std::vector<OutlineLikelihood>& outline,
-                             std::vector<EdgeObservation>& observations) const {
-  auto next = observations.begin();
-  for (const OutlineLikelihood& likelihood : outline) {
-    const auto seen = std::find_if(next, observations.end(), [&](const EdgeObservation& o) {
-      return o.sample == likelihood.at.sample;
-    });
-    if (seen == observations.end()) continue;
-    likelihood.doubt(options_.region_doubt, *seen);
-    next = seen + 1;
-  }
+void PoseRefiner::alignPatches(const SE3& T) {
+  for (TextureCue* cue : {&texture_, &printed_}) cue->align(*picture_->grey, T, coverAt(T));
+}
+
+// The solution's cues: edges, texture, print, region, prior.
+void PoseRefiner::setCovariance(const PoseSolution& solution, const std::optional<PosePrior>& prior,
+                                Estimate& estimate) const {
+  const CueEquations &edges = solution.cues[0], &print = solution.cues[2],
+                     &region = solution.cues[3];
+  const SE3& T = solution.T_camera_model;
+  estimate.by_prediction = prior.has_value();
+  estimate.edges = edges;
+  estimate.given_keyframe = texture_.givenKeyframe();
+  estimate.print_sigma_px = print.residuals >= 2 * kFewestPatches ? print.sigma_px : 0;
+  estimate.by_image = solution.hessian() - solution.cues.back().hessian;
+  estimate.own_covariance =
+      covarianceFromHessian(solution.hessian(), kUnknownSigmaM, kUnknownSigmaRad);
+  // Texture is told by poses of earlier frames, whose edges were displaced likewise: the edges and
+  // the region alone, the print, and what was known before, say what the shared errors come to.
+  const Matrix6d known =
+      prior && prior->independent ? prior->weightOf(T) * prior->information : known_;
+  const Matrix6d by_outline = covarianceFromHessian(
+      edges.hessian + print.hessian + region.hessian + known, kUnknownSigmaM, kUnknownSigmaRad);
+  estimate.covariance = estimate.own_covariance +
+                        by_outline * (edges.shared + region.shared) * by_outline.transpose();
 }
 
 Estimate PoseRefiner::refineSmeared(const SE3& start, const SE3& T_before,
@@ -254,64 +242,12 @@ Estimate PoseRefiner::searchNeighbours(Estimate best, const std::optional<PosePr
   return best;
 }
 
-// The map is coarse: it holds for poses nearby.
-const CoverMap& PoseRefiner::changedAt(const SE3& T) {
-  constexpr double kNearby = 3;  // px
-  if (covers_ != Covers::kIgnored) lookFrom(T, kNearby);
-  return changed_;
-}
-
-// The surface, from a pose so near at most.
-const std::vector<SurfaceLook::Sight>& PoseRefiner::lookFrom(const SE3& T, double distance_px) {
-  if (!T_changed_ || pixelMotion(T, *T_changed_) > distance_px) {
-    sights_ = surface_.look(*picture_, T);
-    changed_ = surface_.compare(sights_);
-    T_changed_ = T;
-  }
-  return sights_;
-}
-
-const CoverMap& PoseRefiner::coverAt(const SE3& T) {
-  static const CoverMap nothing;
-  return covers_ == Covers::kLeftOut ? changedAt(T) : nothing;
-}
-
-PoseRefiner::Samples PoseRefiner::samplesAt(const SE3& T, int max_samples) {
-  std::vector<int> visible, familiar;
-  const CoverMap& changed = changedAt(T);
-  const Matrix3d R = T.rotationMatrix();
-  for (const int sample : search_.visibleSamples(T, max_samples)) {
-    const auto u =
-        camera_.project(R * model_.samples[static_cast<size_t>(sample)].p + T.translation);
-    if (u && !part_.contains(*u)) continue;
-    visible.push_back(sample);
-    if (!u || !changed.isCovered(*u)) familiar.push_back(sample);
-  }
-  const double share = std::max(1.0, static_cast<double>(familiar.size())) /
-                       std::max(1.0, static_cast<double>(visible.size()));
-  if (covers_ == Covers::kLeftOut && changed.any()) removeUnfamiliar(T, familiar);
-  std::vector<int>& used = covers_ == Covers::kLeftOut ? familiar : visible;
-  std::vector<OutlineLikelihood> outline = outlineAt(T, used);
-  return {std::move(used), share, std::move(outline)};
-}
-
-// The map is coarse, and knows only sides that were seen before. Beside what it has found nothing
-// is believed whose surroundings have colours that are new.
-void PoseRefiner::removeUnfamiliar(const SE3& T, std::vector<int>& samples) const {
-  if (!colors_.known()) return;
-  auto next = samples.begin();
-  for (const SampleSides& s :
-       search_.sidesOf(T, samples, kNearOutline_px, OutlineLikelihood::kReach, false)) {
-    next = std::find(next, samples.end(), s.sample);
-    if (!colors_.isFamiliar(*picture_, s)) next = samples.erase(next);
-  }
-}
-
 std::vector<int> PoseRefiner::visibleSamples(const SE3& T, int max_samples) {
-  return samplesAt(T, max_samples).used;
+  return selection_.at(T, max_samples).used;
 }
 
-VisibleSamples PoseRefiner::countSamples(const Samples& samples, const SE3& T) const {
+VisibleSamples PoseRefiner::countSamples(const SampleSelection::Samples& samples,
+                                         const SE3& T) const {
   const Vector3d eye = T.inverse().translation;
   VisibleSamples count;
   count.familiar_share = samples.familiar_share;
@@ -410,25 +346,12 @@ double PoseRefiner::edgeScore(const SE3& T) {
 }
 
 void PoseRefiner::remember(const Estimate& estimate) {
-  const CoverMap& cover = coverAt(estimate.T_camera_model);
-  constexpr double kSame = 0.5;  // px
-  surface_.learn(lookFrom(estimate.T_camera_model, kSame), cover);
+  const SE3& T = estimate.T_camera_model;
+  selection_.learn(T, estimate.samples);
   learnContrast(estimate.observations);
-  learnColors(estimate, cover.any());
   texture_.correctKeyframe(estimate.given_keyframe, estimate.edges);
-  if (!print_.isComplete() && texture_.keyframeNeeded(estimate.T_camera_model))
-    texture_.setKeyframe(*picture_->grey, estimate.T_camera_model, estimate.own_covariance, cover,
-                         print_);
-}
-
-// What covers the object must not be taken for it.
-void PoseRefiner::learnColors(const Estimate& estimate, bool covered) {
-  if (!(options_.region_correlation > 0)) return;
-  const float rate = static_cast<float>(options_.region_rate);
-  colors_.learn(*picture_,
-                search_.sidesOf(estimate.T_camera_model, estimate.samples, kNearOutline_px,
-                                OutlineLikelihood::kReach, true),
-                covered ? 0 : rate, rate);
+  if (!print_.isComplete() && texture_.keyframeNeeded(T))
+    texture_.setKeyframe(*picture_->grey, T, estimate.own_covariance, coverAt(T), print_);
 }
 
 void PoseRefiner::learnContrast(const std::vector<EdgeObservation>& observations) {
@@ -449,12 +372,6 @@ void PoseRefiner::learnContrast(const std::vector<EdgeObservation>& observations
     known.before += rate * (seen.before - known.before);
     known.after += rate * (seen.after - known.after);
   }
-}
-
-double PoseRefiner::pixelMotion(const SE3& a, const SE3& b) const {
-  const double moved = (a.translation - b.translation).norm();
-  const double turned = std::numbers::sqrt2 * angleBetween(a.rotation, b.rotation);
-  return camera_.fx() / a.translation.z() * (moved + 0.35 * model_.diameter * turned);
 }
 
 }  // namespace diorama

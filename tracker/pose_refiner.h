@@ -7,7 +7,6 @@
 
 #include "core/measurements.h"
 #include "core/ray_query.h"
-#include "tracker/appearance.h"
 #include "tracker/edge_model.h"
 #include "tracker/edge_search.h"
 #include "tracker/health.h"
@@ -16,8 +15,7 @@
 #include "tracker/particle_filter.h"
 #include "tracker/pose_solver.h"
 #include "tracker/print.h"
-#include "tracker/region_cue.h"
-#include "tracker/surface_look.h"
+#include "tracker/sample_selection.h"
 #include "tracker/texture_cue.h"
 
 namespace diorama {
@@ -44,11 +42,6 @@ struct Estimate {
   bool isSharperThan(const Estimate& other) const;
 };
 
-// What is made of parts of the surface that do not look as before. Where the last pose was right
-// something covers them. Of a pose that is looked for in the whole image they are evidence against
-// it: it would call covered whatever does not fit.
-enum class Covers { kIgnored, kAgainstPose, kLeftOut };
-
 // What is known of a start independently of the images, in the model frame; nothing of others.
 std::optional<PosePrior> independentPrior(const ObjectPrediction& start, const EdgeModel& model);
 
@@ -61,14 +54,11 @@ class PoseRefiner {
   // The image that the calls below are about; must outlive them.
   void setImage(const EdgePicture& picture, Covers covers) {
     picture_ = picture;
-    part_ = {};
-    covers_ = covers;
-    T_changed_.reset();
-    changed_ = {};
+    selection_.setImage(picture, covers);
   }
 
   // Only the object's edges in this part of the image are looked for.
-  void setPart(const ImagePart& part) { part_ = part; }
+  void setPart(const ImagePart& part) { selection_.setPart(part); }
 
   // What is known of the pose beside the images, as long as it is followed from where that was so:
   // information, right tangent. Errors that the edges share weigh the less where it is much.
@@ -103,7 +93,7 @@ class PoseRefiner {
   std::vector<int> visibleSamples(const SE3& T_camera_model, int max_samples);
 
   // Where something covers the object, seen from about this pose; nowhere unless it is left out.
-  const CoverMap& coverAt(const SE3& T_camera_model);
+  const CoverMap& coverAt(const SE3& T_camera_model) { return selection_.coverAt(T_camera_model); }
 
   // The share of visible samples with an edge nearby.
   double edgeScore(const SE3& T_camera_model);
@@ -112,7 +102,9 @@ class PoseRefiner {
   void remember(const Estimate& estimate);
 
   // About how far the projection moves between two poses, px.
-  double pixelMotion(const SE3& a, const SE3& b) const;
+  double pixelMotion(const SE3& a, const SE3& b) const {
+    return diorama::pixelMotion(model_, camera_, a, b);
+  }
 
  private:
   std::vector<int> usualRanges() const {
@@ -121,46 +113,31 @@ class PoseRefiner {
   SolverLimits solverLimits() const;
   Matrix6d motionWithin(double range_px, const SE3& T_camera_model,
                         const std::vector<int>& samples) const;
-  const CoverMap& changedAt(const SE3& T_camera_model);
-  const std::vector<SurfaceLook::Sight>& lookFrom(const SE3& T_camera_model, double distance_px);
-  struct Samples {
-    std::vector<int> used;
-    double familiar_share = 1;
-    std::vector<OutlineLikelihood> outline;
-  };
-  Samples samplesAt(const SE3& T_camera_model, int max_samples);
-  void removeUnfamiliar(const SE3& T_camera_model, std::vector<int>& samples) const;
-  std::vector<OutlineLikelihood> outlineAt(const SE3& T_camera_model,
-                                           const std::vector<int>& samples) const;
-  void doubtEdges(const std::vector<OutlineLikelihood>& outline,
-                  std::vector<EdgeObservation>& observations) const;
-  VisibleSamples countSamples(const Samples& samples, const SE3& T_camera_model) const;
+  void seePrint(const SE3& T_camera_model);
+  void alignPatches(const SE3& T_camera_model);
+  void setCovariance(const PoseSolution& solution, const std::optional<PosePrior>& prior,
+                     Estimate& estimate) const;
+  VisibleSamples countSamples(const SampleSelection::Samples& samples,
+                              const SE3& T_camera_model) const;
   double fitOf(const VisibleSamples& visible,
                const std::vector<EdgeObservation>& observations) const;
   std::vector<SE3> neighboursOf(const Estimate& estimate) const;
   double edgeMotion(const std::vector<EdgeObservation>& observations, const SE3& T) const;
   std::optional<double> logLikelihood(size_t visible_samples,
                                       const std::vector<EdgeObservation>& observations) const;
-  void learnColors(const Estimate& estimate, bool covered);
   void learnContrast(const std::vector<EdgeObservation>& observations);
 
   const EdgeModel& model_;
   const Camera& camera_;
   const TrackerOptions& options_;
   const EdgeSearch search_;
+  SampleSelection selection_;
   TextureCue texture_;
   const Print print_;
   TextureCue printed_;
-  SurfaceLook surface_;
-  OutlineColors colors_;
-  std::vector<SurfaceLook::Sight> sights_;  // of the current image, from T_changed_
-  CoverMap changed_;                        // parts of it
-  std::optional<SE3> T_changed_;
-  Covers covers_ = Covers::kIgnored;
   std::vector<Contrast> memory_;  // one per sample of the model
   Matrix6d known_ = Matrix6d::Zero();
   std::optional<EdgePicture> picture_;
-  ImagePart part_;
   std::optional<SE3> T_before_;  // while edges are taken for smeared
 };
 

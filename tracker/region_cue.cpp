@@ -55,6 +55,19 @@ void OutlineLikelihood::doubt(double doubt, EdgeObservation& o) const {
   }
 }
 
+void doubtEdges(const std::vector<OutlineLikelihood>& outline, double doubt,
+                std::vector<EdgeObservation>& observations) {
+  auto next = observations.begin();
+  for (const OutlineLikelihood& likelihood : outline) {
+    const auto seen = std::find_if(next, observations.end(), [&](const EdgeObservation& o) {
+      return o.sample == likelihood.at.sample;
+    });
+    if (seen == observations.end()) continue;
+    likelihood.doubt(doubt, *seen);
+    next = seen + 1;
+  }
+}
+
 size_t OutlineColors::colorAt(const EdgePicture& picture, const Vector2d& u_px) {
   const int x = static_cast<int>(u_px.x() + 0.5), y = static_cast<int>(u_px.y() + 0.5);
   constexpr int kShift = 4;

@@ -30,6 +30,10 @@ struct OutlineLikelihood {
   void doubt(double doubt, EdgeObservation& observation) const;
 };
 
+// Of all of them, each for the observation of its sample; both in the order of the samples.
+void doubtEdges(const std::vector<OutlineLikelihood>& outline, double doubt,
+                std::vector<EdgeObservation>& observations);
+
 class OutlineColors {
  public:
   bool known() const { return known_; }

@@ -89,13 +89,16 @@ TEST(OutlineColors, AFewPixelsAreNotLearned) {
   EXPECT_FALSE(colors.known());
 }
 
-// Of a box, all that is not inside its silhouette is outwards.
-TEST(EdgeSearch, TellsTheObjectsSideOfItsOutline) {
+struct BoxOutline : testing::Test {
   const test::BoxScene scene;
   const TrackerOptions options;
   const EdgeModel model = makeEdgeModel(test::boxMesh(scene.box), options);
-  const EdgeSearch search(model, scene.camera, scene.rays, 0, options);
+  const EdgeSearch search{model, scene.camera, scene.rays, 0, options};
   const SE3 T = test::boxPose() * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
+};
+
+// Of a box, all that is not inside its silhouette is outwards.
+TEST_F(BoxOutline, TellsTheObjectsSide) {
   const std::vector<int> samples = search.visibleSamples(T);
   const Vector2d middle = *scene.camera.project(T.translation);
   const auto outline = search.sidesOf(T, samples, 3, 8, true);
@@ -109,12 +112,7 @@ TEST(EdgeSearch, TellsTheObjectsSideOfItsOutline) {
 }
 
 // The colours alone pull a displaced pose back.
-TEST(RegionCue, PullsAPoseToTheOutline) {
-  const test::BoxScene scene;
-  const TrackerOptions options;
-  const EdgeModel model = makeEdgeModel(test::boxMesh(scene.box), options);
-  const EdgeSearch search(model, scene.camera, scene.rays, 0, options);
-  const SE3 T = test::boxPose() * SE3{Eigen::Quaterniond::Identity(), model.centre_object};
+TEST_F(BoxOutline, PullsAPoseByItsColours) {
   Frame frame = scene.draw(test::boxPose(), 0);
   frame.rgb = Image<Rgb8>(frame.gray.width, frame.gray.height);
   const Vector3d eye = test::boxPose().inverse().translation;
