@@ -15,6 +15,7 @@ constexpr float kSmallestSigma = 3;       // grey levels, about the sensor's noi
 constexpr int kSmallestGradient = 12;     // grey levels, |horizontal| + |vertical| difference
 constexpr float kHuber = 1.345f;          // 95% efficiency under normal errors
 constexpr size_t kFewestDifferences = 20;
+constexpr double kConverged = 1.5e-4;  // rad a pixel of the image is turned by: a tenth of a pixel
 
 // The middle value; the order of the values is lost.
 float median(std::vector<float>& values) {
@@ -41,13 +42,14 @@ void DirectAlignment::setReference(const ImagePyramid& image, const SE3& T, cons
   };
   const int x0 = clamped(box.low.x(), fine.width), x1 = clamped(box.high.x(), fine.width);
   const int y0 = clamped(box.low.y(), fine.height), y1 = clamped(box.high.y(), fine.height);
+  const bool covered = cover.any();
   std::vector<std::pair<int, int>> strong;
   for (int y = y0; y <= y1; ++y) {
     const uint8_t* row = fine.row(y);
     for (int x = x0; x <= x1; ++x) {
       const uint8_t* p = row + x;
       if (std::abs(p[1] - p[-1]) + std::abs(p[fine.width] - p[-fine.width]) > kSmallestGradient &&
-          !cover.isCovered(fromLevel(Vector2d(x, y), kFineLevel)))
+          !(covered && cover.isCovered(fromLevel(Vector2d(x, y), kFineLevel))))
         strong.emplace_back(x, y);
     }
   }
@@ -122,6 +124,7 @@ DirectAlignment::Result DirectAlignment::alignLevel(const Image<uint8_t>& image,
   const size_t l = static_cast<size_t>(level);
   Result best{start, kLargestDifference};
   SE3 T = start;
+  const double converged = kConverged / levelScale(level);
   float offset = 0, sigma = kSmallestSigma;
   std::vector<Difference> found;
   std::vector<float> values;
@@ -164,7 +167,8 @@ DirectAlignment::Result DirectAlignment::alignLevel(const Image<uint8_t>& image,
     const SE3 next = T * exp(-step);
     if (!next.isFinite() || next.translation.z() < 0.2 * model_.diameter) break;
     T = next;
-    if (step.tail<3>().norm() < 3e-4 && step.head<3>().norm() < 3e-4 * T.translation.z()) break;
+    if (step.tail<3>().norm() < converged && step.head<3>().norm() < converged * T.translation.z())
+      break;
   }
   return best;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/core/hal/intrin.hpp>
 
 #include "tracker/surface_points.h"
 
@@ -19,6 +20,10 @@ constexpr float kLargestChange = 1.25f;  // of the light from one learned frame 
 constexpr size_t kFewest = 20;
 constexpr double kSmallestCell = 8;  // px: a pose is off by less than half of it
 
+std::pair<int, int> pixelOf(const Vector2d& u_px) {  // which lies in the image
+  return {static_cast<int>(u_px.x() + 0.5), static_cast<int>(u_px.y() + 0.5)};
+}
+
 // Mean of the pixels within kReach; grey values have three equal channels.
 Vector3f meanAround(const Image<uint8_t>& image, int x, int y) {
   int sum = 0;
@@ -30,16 +35,27 @@ Vector3f meanAround(const Image<uint8_t>& image, int x, int y) {
 }
 
 Vector3f meanAround(const Image<Rgb8>& image, int x, int y) {
-  // Column by column first, which is vector code; one byte more makes a round number of them.
+  // Column by column first, as vectors; one byte more makes a round number of them.
   constexpr int kBytes = 3 * (2 * kReach + 1);
-  int columns[kBytes + 1] = {};
+  static_assert(kBytes == 15);
+  cv::v_uint16x8 low = cv::v_setzero_u16(), high = low;
   for (int j = -kReach; j <= kReach; ++j) {
     const uint8_t* row = &image(x - kReach, y + j).r;
-    for (int i = 0; i <= kBytes; ++i) columns[i] += row[i];
+    low += cv::v_load_expand(row);
+    high += cv::v_load_expand(row + 8);
   }
+  uint16_t columns[kBytes + 1];
+  cv::v_store(columns, low);
+  cv::v_store(columns + 8, high);
   Eigen::Vector3i sum = Eigen::Vector3i::Zero();
   for (int i = 0; i < kBytes; ++i) sum[i % 3] += columns[i];
   return sum.cast<float>() / kPixels;
+}
+
+// Points lie scattered over the image: their pixels are fetched while the rays are cast.
+template <class Pixel>
+void fetchAround(const Image<Pixel>& image, int x, int y) {
+  for (int j = -kReach; j <= kReach; ++j) __builtin_prefetch(&image(x, y + j));
 }
 
 }  // namespace
@@ -67,7 +83,8 @@ bool CoverMap::isCovered(const Vector2d& u_px) const {
   if (cells_.empty()) return false;
   // The four cells whose common corner is nearest.
   const Vector2d at = (u_px - low_px_) / cell_px_;
-  const int x = static_cast<int>(std::lround(at.x())), y = static_cast<int>(std::lround(at.y()));
+  const int x = static_cast<int>(std::floor(at.x() + 0.5));
+  const int y = static_cast<int>(std::floor(at.y() + 0.5));
   Cell sum;
   for (int j = std::max(0, y - 1); j <= std::min(height_ - 1, y); ++j)
     for (int i = std::max(0, x - 1); i <= std::min(width_ - 1, x); ++i) {
@@ -113,6 +130,8 @@ std::vector<SurfaceLook::Sight> SurfaceLook::look(const EdgePicture& picture, co
     const auto u = camera_.project(R * points_[i].p + T.translation);
     if (!u || !camera_.contains(*u, kReach + 1)) continue;
     sights.push_back({i, *u, Vector3f::Zero()});
+    const auto [x, y] = pixelOf(*u);
+    picture.rgb ? fetchAround(*picture.rgb, x, y) : fetchAround(*picture.grey, x, y);
     places.push_back(points_[i].p + centre_object_);
   }
   std::vector<uint8_t> hidden(places.size());
@@ -121,8 +140,7 @@ std::vector<SurfaceLook::Sight> SurfaceLook::look(const EdgePicture& picture, co
   for (size_t i = 0; i < sights.size(); ++i) {
     if (hidden[i]) continue;
     Sight& sight = sights[kept++] = sights[i];
-    const int x = static_cast<int>(std::lround(sight.u_px.x()));
-    const int y = static_cast<int>(std::lround(sight.u_px.y()));
+    const auto [x, y] = pixelOf(sight.u_px);
     sight.value = picture.rgb ? meanAround(*picture.rgb, x, y) : meanAround(*picture.grey, x, y);
   }
   sights.resize(kept);

@@ -122,13 +122,15 @@ CueEquations TextureCue::linearise(const SE3& T) {
     patch.distance_px = terms[i].second.norm();
     absolute_.push_back(patch.distance_px);
   }
-  // A pose can be fitted to three patches wherever they lie: that they agree tells nothing.
-  constexpr int kParameters = 6;
-  const int residuals = 2 * static_cast<int>(absolute_.size());
-  if (residuals <= kParameters) return given_keyframe_ = equations;
+  // A pose can be fitted to three patches wherever they lie: that they agree tells nothing. A scale
+  // of few residuals is uncertain itself: errors have Student's distribution.
+  const int residuals = 2 * static_cast<int>(absolute_.size()), freedom = residuals - 6;
+  if (freedom <= 2) return given_keyframe_ = equations;
   equations.residuals = residuals;
-  equations.sigma_px = std::max(kRayleigh * robustScale(absolute_), options_.texture_sigma_px) *
-                       std::sqrt(residuals / static_cast<double>(residuals - kParameters));
+  const double fitted = std::sqrt(residuals / static_cast<double>(freedom));
+  const double scale =
+      std::max(kRayleigh * robustScale(absolute_) * fitted, options_.texture_sigma_px);
+  equations.sigma_px = scale * std::sqrt(freedom / (freedom - 2.0));
   for (size_t i = 0; i < patches_.size(); ++i) {
     if (!patches_[i].found) continue;
     const double weight =
