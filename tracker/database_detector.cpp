@@ -7,11 +7,11 @@
 //   again      from the same pose moved to the image's edges; then without its inliers
 //   templates  of its edges, where features do not find it: it is small, or has no texture
 //   match      all features, where neither finds it
-//   templates  again, where something straight hides a part of it
+//   in part    where something straight hides the rest: templates again, then the poses found by
+//              features
 #include "tracker/database_detector.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -56,6 +56,8 @@ class DatabaseDetector::Picture {
 
 namespace {
 
+constexpr double kNextView = 0.25;  // rad, by which views of the templates differ
+
 // The database's looks know the print, and every candidate would have to see its patches anew.
 TrackerOptions withoutPrint(TrackerOptions options) {
   options.print_patches = 0;
@@ -88,16 +90,22 @@ class DatabaseDetector::Finder {
   std::optional<Detection> find(const Picture& picture);
 
  private:
-  std::optional<Detection> findByFeatures(const Picture& picture, bool small);
-  std::optional<ExaminedPose> confirm(const Picture& picture,
-                                      const std::vector<PointMatch>& matches,
-                                      const RansacPose& pose);
+  struct Hypothesis {
+    std::vector<PointMatch> matches;
+    RansacPose pose;  // with some of them
+  };
+  using Hypotheses = std::vector<Hypothesis>;
+  std::optional<Detection> findByFeatures(const Picture& picture, bool small, Hypotheses& tried);
+  std::optional<Detection> findInPart(const Picture& picture, const Hypotheses& tried);
+  std::optional<ExaminedPose> confirm(const Picture& picture, const Hypothesis& hypothesis,
+                                      Shown shown);
   using Places = std::vector<EdgeTemplates::Placed>;
   std::optional<Detection> findByEdges(const Picture& picture, const Places& places, Shown shown);
   std::vector<PointMatch> match(const Features& features) const;
   bool isRival(const SE3& a, const SE3& b) const;
   bool castsDoubt(const ExaminedPose& other, const ExaminedPose& found) const;
-  std::array<SE3, 5> turned(const SE3& T_camera_object) const;
+  SE3 turned(const SE3& T_camera_object, double angle_rad) const;
+  ExaminedPose examine(const ObjectPrediction& start, Shown shown);
   ExaminedPose polish(const ExaminedPose& found);
   double evidence(const ExaminedPose& pose) const;
   bool isProven(const ExaminedPose& pose) const;
@@ -120,13 +128,20 @@ class DatabaseDetector::Finder {
 
 std::optional<Detection> DatabaseDetector::Finder::find(const Picture& picture) {
   verifier_.setImage(picture.frame, picture.means);
-  std::optional<Detection> found = findByFeatures(picture, false);
+  Hypotheses tried;
+  std::optional<Detection> found = findByFeatures(picture, false, tried);
   if (found) return found;
   const Places places = templates_.place(picture.sight().edges);
   found = findByEdges(picture, places, Shown::kWhole);
-  if (!found && options_.small_features) found = findByFeatures(picture, true);
-  if (!found && !verifier_.isPlain()) found = findByEdges(picture, places, Shown::kPart);
-  return found;
+  if (!found && options_.small_features) found = findByFeatures(picture, true, tried);
+  if (found || verifier_.isPlain()) return found;
+  found = findByEdges(picture, places, Shown::kPart);
+  return found ? found : findInPart(picture, tried);
+}
+
+ExaminedPose DatabaseDetector::Finder::examine(const ObjectPrediction& start, Shown shown) {
+  return shown == Shown::kPart ? verifier_.examinePart(start.T_camera_object)
+                               : verifier_.examine(start);
 }
 
 ExaminedPose DatabaseDetector::Finder::polish(const ExaminedPose& found) {
@@ -151,27 +166,40 @@ std::vector<PointMatch> DatabaseDetector::Finder::match(const Features& features
 }
 
 std::optional<Detection> DatabaseDetector::Finder::findByFeatures(const Picture& picture,
-                                                                  bool small) {
+                                                                  bool small, Hypotheses& tried) {
   std::vector<PointMatch> matches = match(picture.features(database_.kind, small));
   const Random random(static_cast<uint64_t>(object_), RandomStream::kDetector);
   for (int k = 0; k < options_.hypotheses; ++k) {
     const auto pose =
         findPose(matches, camera_, diameter_, options_, random, static_cast<uint32_t>(k));
     if (!pose) break;
-    if (const auto detection = confirm(picture, matches, *pose)) return polish(*detection);
+    tried.push_back({matches, *pose});
+    if (const auto detection = confirm(picture, tried.back(), Shown::kWhole))
+      return polish(*detection);
     for (auto i = pose->inliers.rbegin(); i != pose->inliers.rend(); ++i)
       matches.erase(matches.begin() + *i);
   }
   return std::nullopt;
 }
 
-std::optional<ExaminedPose> DatabaseDetector::Finder::confirm(
-    const Picture& picture, const std::vector<PointMatch>& matches, const RansacPose& pose) {
+std::optional<Detection> DatabaseDetector::Finder::findInPart(const Picture& picture,
+                                                              const Hypotheses& tried) {
+  for (const Hypothesis& hypothesis : tried)
+    if (const auto detection = confirm(picture, hypothesis, Shown::kPart))
+      return polish(*detection);
+  return std::nullopt;
+}
+
+std::optional<ExaminedPose> DatabaseDetector::Finder::confirm(const Picture& picture,
+                                                              const Hypothesis& hypothesis,
+                                                              Shown shown) {
+  const auto& [matches, pose] = hypothesis;
   const SE3& T = pose.T_camera_object;
+  constexpr double kMost = 0.75;  // of the features, where only a part is seen
   std::optional<ExaminedPose> best;
   double best_score = 0;
   const auto tryFrom = [&](const ObjectPrediction& start) {
-    ExaminedPose detection = verifier_.examine(start);
+    ExaminedPose detection = examine(start, shown);
     const SE3& T_found = detection.T_camera_object;
     const auto agreeing = [&](double inlier_px) {
       return agreeingMatches(matches, camera_, T_found, inlier_px);
@@ -182,7 +210,10 @@ std::optional<ExaminedPose> DatabaseDetector::Finder::confirm(
     if (2 * loosely < pose.inliers.size()) return;
     const size_t closely = agreeing(0.4 * options_.inlier_px).size();
     const double share = static_cast<double>(closely) / static_cast<double>(loosely);
-    if (!isProven(detection) && !isProvenByFeatures(detection, closely, share)) return;
+    const bool proven = shown == Shown::kPart
+                            ? share >= kMost && isProven(detection)
+                            : isProven(detection) || isProvenByFeatures(detection, closely, share);
+    if (!proven) return;
     const double score = evidence(detection) + share;
     if (best && score <= best_score) return;
     detection.covariance = covarianceByMatches(matches, agreeing(options_.inlier_px), camera_,
@@ -194,10 +225,16 @@ std::optional<ExaminedPose> DatabaseDetector::Finder::confirm(
   const SE3 tilted = tiltedTheOtherWay(T, matches, pose.inliers);
   // What the edges do not know, the features do: how a tin is turned.
   for (const SE3& start : {T, tilted})
-    tryFrom({start, covarianceByMatches(matches, pose.inliers, camera_, start, options_.inlier_px),
-             false, true});
+    if (!isCertain())
+      tryFrom({start,
+               covarianceByMatches(matches, pose.inliers, camera_, start, options_.inlier_px),
+               false, true});
   for (const SE3& start : {T, tilted})
     if (!isCertain()) tryFrom({templates_.refine(start, picture.sight()).T_camera_object});
+  if (best && !isCertain())
+    for (const double angle : {-kNextView, kNextView})
+      tryFrom({templates_.refine(turned(best->T_camera_object, angle), picture.sight())
+                   .T_camera_object});
   return best;
 }
 
@@ -212,8 +249,7 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
         [](const ExaminedPose& a, const ExaminedPose& b) { return a.rank() < b.rank(); });
   };
   const auto tryFrom = [&](const SE3& start) {
-    const ExaminedPose pose =
-        shown == Shown::kPart ? verifier_.examinePart(start) : verifier_.examine({start});
+    const ExaminedPose pose = examine({start}, shown);
     if (isProvenAs(pose, shown)) seen.push_back(pose);
   };
   for (const EdgeTemplates::Candidate& candidate :
@@ -224,8 +260,10 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
   }
   if (seen.empty()) return std::nullopt;
   if (alike_) return polish(best());
-  for (const SE3& rival : turned(best().T_camera_object))
-    tryFrom(templates_.refine(rival, picture.sight(shown)).T_camera_object);
+  constexpr double kQuarter = 0.5 * std::numbers::pi;  // what stands looks most like that
+  const SE3 T = best().T_camera_object;
+  for (const double angle : {-kNextView, kNextView, kQuarter, 2 * kQuarter, 3 * kQuarter})
+    tryFrom(templates_.refine(turned(T, angle), picture.sight(shown)).T_camera_object);
   const ExaminedPose found = polish(best());
   if (std::any_of(seen.begin(), seen.end(),
                   [&](const ExaminedPose& other) { return castsDoubt(other, found); }))
@@ -256,19 +294,12 @@ bool DatabaseDetector::Finder::castsDoubt(const ExaminedPose& other,
   return turned > options_.neighbour_rad && lead < options_.min_neighbour_lead;
 }
 
-// About the axis that points upwards: by quarter turns, for what stands looks most like that, and
-// by as much as views of the templates differ.
-std::array<SE3, 5> DatabaseDetector::Finder::turned(const SE3& T_camera_object) const {
-  constexpr double kQuarter = 0.5 * std::numbers::pi, kView = 0.25;
+// About the axis that points upwards.
+SE3 DatabaseDetector::Finder::turned(const SE3& T_camera_object, double angle_rad) const {
   const SE3 to_centre{Eigen::Quaterniond::Identity(), model_.centre_object};
-  std::array<SE3, 5> poses;
-  size_t k = 0;
-  for (const double angle : {-kView, kView, kQuarter, 2 * kQuarter, 3 * kQuarter}) {
-    const SE3 turn{Eigen::Quaterniond(Eigen::AngleAxisd(angle, Vector3d::UnitZ())),
-                   Vector3d::Zero()};
-    poses[k++] = T_camera_object * to_centre * turn * to_centre.inverse();
-  }
-  return poses;
+  const SE3 turn{Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, Vector3d::UnitZ())),
+                 Vector3d::Zero()};
+  return T_camera_object * to_centre * turn * to_centre.inverse();
 }
 
 double DatabaseDetector::Finder::evidence(const ExaminedPose& pose) const {
