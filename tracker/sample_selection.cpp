@@ -3,6 +3,13 @@
 #include <algorithm>
 
 namespace diorama {
+namespace {
+
+bool isSame(const SE3& a, const SE3& b) {
+  return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+}  // namespace
 
 SampleSelection::SampleSelection(const EdgeModel& model, const Mesh& mesh, const Camera& camera,
                                  const RayQuery& rays, int object, const EdgeSearch& search,
@@ -19,6 +26,12 @@ void SampleSelection::setImage(const EdgePicture& picture, Covers covers) {
   covers_ = covers;
   T_changed_.reset();
   changed_ = {};
+  selected_.reset();
+}
+
+void SampleSelection::setPart(const ImagePart& part) {
+  part_ = part;
+  selected_.reset();
 }
 
 // The map is coarse: it holds for poses nearby.
@@ -43,7 +56,13 @@ const CoverMap& SampleSelection::coverAt(const SE3& T) {
   return covers_ == Covers::kLeftOut ? changedAt(T) : nothing;
 }
 
-SampleSelection::Samples SampleSelection::at(const SE3& T, int max_samples) {
+const SampleSelection::Samples& SampleSelection::at(const SE3& T, int max_samples) {
+  if (!selected_ || !isSame(selected_->T_camera_model, T) || selected_->max_samples != max_samples)
+    selected_ = {T, max_samples, select(T, max_samples)};
+  return selected_->samples;
+}
+
+SampleSelection::Samples SampleSelection::select(const SE3& T, int max_samples) {
   std::vector<int> visible, familiar;
   const CoverMap& changed = changedAt(T);
   const Matrix3d R = T.rotationMatrix();
@@ -88,6 +107,7 @@ std::vector<OutlineLikelihood> SampleSelection::outlineAt(const SE3& T,
 }
 
 void SampleSelection::learn(const SE3& T, const std::vector<int>& samples) {
+  selected_.reset();
   constexpr double kSame = 0.5;  // px
   const CoverMap& cover = coverAt(T);
   surface_.learn(lookFrom(T, kSame), cover);

@@ -27,13 +27,14 @@ class SampleSelection {
   // The image that the calls below are about; must outlive them.
   void setImage(const EdgePicture& picture, Covers covers);
   // Only samples in this part of the image are used.
-  void setPart(const ImagePart& part) { part_ = part; }
+  void setPart(const ImagePart& part);
 
   struct Samples {
     std::vector<int> used;
     double familiar_share = 1;  // of those seen: where the surface looks as it did before
   };
-  Samples at(const SE3& T_camera_model, int max_samples);
+  // The latest answer is kept: several searches start from one pose.
+  const Samples& at(const SE3& T_camera_model, int max_samples);
 
   // Where something covers the object, seen from about this pose; nowhere unless it is left out.
   const CoverMap& coverAt(const SE3& T_camera_model);
@@ -47,6 +48,7 @@ class SampleSelection {
   void learn(const SE3& T_camera_model, const std::vector<int>& samples);
 
  private:
+  Samples select(const SE3& T_camera_model, int max_samples);
   const CoverMap& changedAt(const SE3& T_camera_model);
   const std::vector<SurfaceLook::Sight>& lookFrom(const SE3& T_camera_model, double distance_px);
   void removeUnfamiliar(const SE3& T_camera_model, std::vector<int>& samples) const;
@@ -65,6 +67,12 @@ class SampleSelection {
   std::vector<SurfaceLook::Sight> sights_;  // of the current image, from T_changed_
   CoverMap changed_;                        // parts of it
   std::optional<SE3> T_changed_;
+  struct Selected {
+    SE3 T_camera_model;
+    int max_samples;
+    Samples samples;
+  };
+  std::optional<Selected> selected_;
 };
 
 }  // namespace diorama
