@@ -16,28 +16,50 @@ namespace {
 
 constexpr int kFrames = 100;
 
-void BM_TrackFrame(benchmark::State& state) {
-  Simulator simulator(loadScene(DIORAMA_SOURCE_DIR "/scenes/orange_juice.yaml"));
-  const Scene& scene = simulator.scene();
-  const SceneObject* tracked = nullptr;
-  for (const SceneObject& object : scene.objects)
-    if (object.tracked) tracked = &object;
-  const ObjectModel model{tracked->name, importMesh(tracked->mesh, {tracked->scale, tracked->y_up}),
-                          tracked->symmetries};
-  const auto rays = std::make_shared<const EmbreeRayQuery>(std::vector<Mesh>{model.mesh});
-  std::vector<Frame> frames;
-  for (int k = 0; k < kFrames; ++k) frames.push_back(simulator.read(k).frame);
-  const ObjectPrediction start{scene.T_world_camera(0).inverse() * tracked->T_world_object};
+// Frames of a scene and its tracked objects.
+struct Film {
+  explicit Film(const std::string& scene_name)
+      : simulator(loadScene(DIORAMA_SOURCE_DIR "/scenes/" + scene_name)) {
+    const Scene& scene = simulator.scene();
+    for (const SceneObject& object : scene.objects) {
+      if (!object.tracked) continue;
+      models.push_back(
+          {object.name, importMesh(object.mesh, {object.scale, object.y_up}), object.symmetries});
+      meshes.push_back(models.back().mesh);
+      starts.push_back({scene.T_world_camera(0).inverse() * object.T_world_object});
+    }
+    for (int k = 0; k < kFrames; ++k) frames.push_back(simulator.read(k).frame);
+  }
 
-  TrackerOptions options;
-  options.particles = static_cast<int>(state.range(0));
-  EdgeTracker tracker(model, simulator.camera(), rays, 0, options);
+  Simulator simulator;
+  std::vector<ObjectModel> models;
+  std::vector<Mesh> meshes;
+  std::vector<ObjectPrediction> starts;  // at the first frame
+  std::vector<Frame> frames;
+};
+
+// The given objects of a film, frame by frame, again and again.
+void track(benchmark::State& state, const Film& film, const std::vector<size_t>& objects,
+           const TrackerOptions& options) {
+  const auto rays = std::make_shared<const EmbreeRayQuery>(film.meshes);
+  std::vector<std::unique_ptr<EdgeTracker>> trackers;
+  for (const size_t i : objects)
+    trackers.push_back(std::make_unique<EdgeTracker>(film.models[i], film.simulator.camera(), rays,
+                                                     static_cast<int>(i), options));
   size_t frame = 0;
   for (auto _ : state) {
-    const auto given = frame == 0 ? std::optional(start) : std::nullopt;
-    benchmark::DoNotOptimize(tracker.track(frames[frame], given));
+    for (size_t k = 0; k < objects.size(); ++k) {
+      const auto given = frame == 0 ? std::optional(film.starts[objects[k]]) : std::nullopt;
+      benchmark::DoNotOptimize(trackers[k]->track(film.frames[frame], given));
+    }
     frame = (frame + 1) % kFrames;
   }
+}
+
+void BM_TrackFrame(benchmark::State& state) {
+  TrackerOptions options;
+  options.particles = static_cast<int>(state.range(0));
+  track(state, Film("orange_juice.yaml"), {0}, options);
 }
 
 BENCHMARK(BM_TrackFrame)
@@ -47,30 +69,38 @@ BENCHMARK(BM_TrackFrame)
     ->Iterations(10 * kFrames)
     ->Unit(benchmark::kMillisecond);
 
+// The first, the second and the third object of scenes/multi_object.yaml; then all of them.
+void BM_TrackObjects(benchmark::State& state) {
+  static const Film film("multi_object.yaml");
+  const auto one = static_cast<size_t>(state.range(0));
+  if (one < film.models.size()) return track(state, film, {one}, {});
+  track(state, film, {0, 1, 2}, {});
+}
+
+BENCHMARK(BM_TrackObjects)
+    ->ArgName("object")
+    ->DenseRange(0, 3)
+    ->Iterations(5 * kFrames)
+    ->Unit(benchmark::kMillisecond);
+
 // All three objects of scenes/multi_object.yaml in one image, as if nothing were known.
 void BM_Detect(benchmark::State& state) {
   cv::setNumThreads(1);
-  Simulator simulator(loadScene(DIORAMA_SOURCE_DIR "/scenes/multi_object.yaml"));
+  const Film film("multi_object.yaml");
   std::vector<DetectorObject> objects;
-  std::vector<Mesh> meshes;
   std::vector<int> wanted;
-  for (const SceneObject& object : simulator.scene().objects) {
+  for (const SceneObject& object : film.simulator.scene().objects) {
     if (!object.tracked) continue;
-    ObjectModel model{object.name, importMesh(object.mesh, {object.scale, object.y_up}),
-                      object.symmetries};
-    meshes.push_back(model.mesh);
-    wanted.push_back(static_cast<int>(wanted.size()));
-    ObjectDatabase database =
-        trainOrRemember({object.mesh, object.scale, object.y_up}, model, TrainingOptions{});
-    objects.push_back({std::move(model), std::move(database)});
+    const ObjectModel& model = film.models[objects.size()];
+    wanted.push_back(static_cast<int>(objects.size()));
+    objects.push_back({model, trainOrRemember({object.mesh, object.scale, object.y_up}, model,
+                                              TrainingOptions{})});
   }
-  std::vector<Frame> frames;
-  for (int k = 0; k < kFrames; ++k) frames.push_back(simulator.read(k).frame);
-  DatabaseDetector detector(std::move(objects), simulator.camera(),
-                            std::make_shared<const EmbreeRayQuery>(meshes));
+  DatabaseDetector detector(std::move(objects), film.simulator.camera(),
+                            std::make_shared<const EmbreeRayQuery>(film.meshes));
   size_t frame = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(detector.detect(frames[frame], wanted));
+    benchmark::DoNotOptimize(detector.detect(film.frames[frame], wanted));
     frame = (frame + 1) % kFrames;
   }
 }
