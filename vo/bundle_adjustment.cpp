@@ -7,8 +7,10 @@
 namespace diorama::vo {
 namespace {
 
-constexpr double kLambdaFirst = 1e-4, kLambdaDown = 0.2, kLambdaUp = 20;
-constexpr double kLambdaMin = 1e-7, kLambdaMax = 10;
+// Small: what is known least, the scale after a turn, has 1e-6 of the diagonal's information, and
+// damping would leave it where it is.
+constexpr double kLambdaFirst = 1e-8, kLambdaDown = 0.2, kLambdaUp = 20;
+constexpr double kLambdaMin = 1e-10, kLambdaMax = 10;
 constexpr double kSettled = 1e-3;  // relative decrease of the cost
 
 }  // namespace

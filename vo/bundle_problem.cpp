@@ -12,8 +12,8 @@
 namespace diorama::vo {
 namespace {
 
-constexpr double kObjectHuber =
-    4.1;                         // standard deviations; holds 99% of right ones (chi-square, 6 dof)
+// Standard deviations that hold 99% of right measurements of objects (chi-square, 6 dof).
+constexpr double kObjectWidth = 4.1;
 constexpr double kDropPx = 2.5;  // at the level; observations farther off at the end are wrong
 // Features, of points that others saw, below which a keyframe's pose is not to be adjusted.
 constexpr int kFewestSeen = 12;
@@ -26,6 +26,12 @@ double huberCost(double e, double width) {
   return e < width ? 0.5 * e * e : width * (e - 0.5 * width);
 }
 double huberWeight(double e, double width) { return e < width ? 1 : width / e; }
+
+// ... and of one whose pull falls beyond it: an object that has moved is far off.
+double fallingCost(double e, double width) {
+  return e < width ? 0.5 * e * e : width * width * (0.5 + std::log(e / width));
+}
+double fallingWeight(double e, double width) { return e < width ? 1 : width * width / (e * e); }
 
 }  // namespace
 
@@ -176,7 +182,7 @@ double BundleProblem::cost() const {
     const ObjectResidual e = objectResidual(f.keyframe->T_world_camera,
                                             map_.objects[f.observation->object].T_world_object,
                                             f.observation->T_camera_object);
-    sum += huberCost(std::sqrt(e.r.dot(f.observation->information * e.r)), kObjectHuber);
+    sum += fallingCost(std::sqrt(e.r.dot(f.observation->information * e.r)), kObjectWidth);
   }
   return sum;
 }
@@ -230,7 +236,7 @@ void BundleProblem::addObjects() {
     const ObjectObservation& o = *f.observation;
     const ObjectResidual e = objectResidual(
         f.keyframe->T_world_camera, map_.objects[o.object].T_world_object, o.T_camera_object);
-    const double w = huberWeight(std::sqrt(e.r.dot(o.information * e.r)), kObjectHuber);
+    const double w = fallingWeight(std::sqrt(e.r.dot(o.information * e.r)), kObjectWidth);
     const Matrix6d information = w * o.information;
     const int object = 6 * object_slot_[o.object];
     S_.block<6, 6>(object, object) += e.J_object.transpose() * information * e.J_object;

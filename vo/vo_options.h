@@ -75,7 +75,7 @@ struct VoOptions {
 
   // Depth filter.
   int max_seeds = 400;
-  int max_seed_searches = 200;   // epipolar searches per frame: bounds the time
+  int max_seed_searches = 400;   // epipolar searches per frame: bounds the time
   double seed_converged = 0.02;  // sigma over inverse depth (SVO: z_range / 200)
 
   int max_seed_age = 120;        // frames
