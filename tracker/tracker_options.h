@@ -102,6 +102,15 @@ struct TrackerOptions {
 
   template <class V>
   void visit(V& v) {
+    visitEdges(v);
+    visitCues(v);
+    visitHealth(v);
+    visitSearch(v);
+  }
+
+ private:
+  template <class V>
+  void visitEdges(V& v) {
     v("sharp_edge_cosine", sharp_edge_cosine, kFraction);
     v("rounded_edge_cosine", rounded_edge_cosine, kFraction);
     v("flat_edge_cosine", flat_edge_cosine, kFraction);
@@ -119,6 +128,10 @@ struct TrackerOptions {
     v("nearest_edges", nearest_edges);
     v("contrast_tolerance", contrast_tolerance, Range{0, 255});
     v("contrast_penalty_px", contrast_penalty_px, kNotNegative);
+  }
+
+  template <class V>
+  void visitCues(V& v) {
     v("solver_iterations", solver_iterations, Range{1, 100});
     v("tukey_constant", tukey_constant, kPositive);
     v("wide_sigma_px", wide_sigma_px, kPositive);
@@ -142,6 +155,10 @@ struct TrackerOptions {
     v("region_correlation", region_correlation, Range{0, 1000});
     v("region_rate", region_rate, kFraction);
     v("region_doubt", region_doubt, kPositive);
+  }
+
+  template <class V>
+  void visitHealth(V& v) {
     v("inlier_px", inlier_px, kPositive);
     v("claim_health", claim_health, kFraction);
     v("start_health", start_health, kFraction);
@@ -151,6 +168,10 @@ struct TrackerOptions {
     v("doubtful_frames", doubtful_frames, Range{0, 100000});
     v("claim_sigma_m", claim_sigma_m, kPositive);
     v("claim_sigma_rad", claim_sigma_rad, kPositive);
+  }
+
+  template <class V>
+  void visitSearch(V& v) {
     v("fit_sigma_px", fit_sigma_px, kPositive);
     v("neighbour_px", neighbour_px, kPositive);
     v("neighbour_rounds", neighbour_rounds, Range{0, 100});
