@@ -1,22 +1,31 @@
 #include "tracker/frame_alignment.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace diorama {
 
-void FrameAlignment::setReference(const ImagePyramid& image, const SE3& T_camera_model,
+void FrameAlignment::setReference(ImagePyramid& image, const SE3& T_camera_model,
                                   const CoverMap& cover, bool good) {
-  direct_.setReference(image, T_camera_model, cover);
-  good_ = good && direct_.ready();
+  std::swap(image_, image);
+  pending_ = {T_camera_model, cover};
+  good_ = good;
+}
+
+DirectAlignment& FrameAlignment::reference() {
+  if (pending_) direct_.setReference(image_, pending_->T_camera_model, pending_->cover);
+  pending_.reset();
+  return direct_;
 }
 
 SE3 FrameAlignment::align(const ImagePyramid& image, const SE3& predicted, const SE3& last,
                           PoseRefiner& refiner) {
-  if (!direct_.ready()) return predicted;
-  DirectAlignment::Result best = direct_.align(image, predicted);
+  const DirectAlignment& direct = reference();
+  if (!direct.ready()) return predicted;
+  DirectAlignment::Result best = direct.align(image, predicted);
   const bool bad = usual_cost_ < 0 || best.cost > 1.5 * (usual_cost_ + 0.5);
   if (bad && refiner.pixelMotion(best.T_camera_model, last) > 4) {
-    const DirectAlignment::Result other = direct_.align(image, last);
+    const DirectAlignment::Result other = direct.align(image, last);
     if (other.cost < best.cost) best = other;
   }
   usual_cost_ = usual_cost_ < 0

@@ -3,8 +3,8 @@
 namespace diorama {
 
 void ImagePyramid::build(const Image<uint8_t>& image) {
-  base_ = &image;
-  for (int l = 1; l < kLevels; ++l) halve(level(l - 1), halved_[static_cast<size_t>(l) - 1]);
+  halve(image, halved_[0]);
+  for (size_t l = 1; l < halved_.size(); ++l) halve(halved_[l - 1], halved_[l]);
 }
 
 }  // namespace diorama

@@ -8,7 +8,7 @@
 
 namespace diorama {
 
-// A view of the given image and its copies: valid as long as the image.
+// The smaller copies alone: level 0 would be the image itself.
 class ImagePyramid {
  public:
   static constexpr int kLevels = 4;
@@ -16,12 +16,9 @@ class ImagePyramid {
   // Halves by the mean of 2 x 2 pixels; an odd last row or column is dropped.
   void build(const Image<uint8_t>& image);
 
-  const Image<uint8_t>& level(int l) const {
-    return l == 0 ? *base_ : halved_[static_cast<size_t>(l) - 1];
-  }
+  const Image<uint8_t>& level(int l) const { return halved_[static_cast<size_t>(l) - 1]; }
 
  private:
-  const Image<uint8_t>* base_ = nullptr;
   std::array<Image<uint8_t>, kLevels - 1> halved_;
 };
 

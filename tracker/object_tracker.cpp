@@ -1,9 +1,11 @@
 // The main path of the tracker. A frame, in track():
 //
 //   predict        by the motion so far, or the given start; how sure that is counts in refine
-//   align          grey values of the last good frame, coarse to fine: carries large motions
-//   filter         with several particles: each is moved, refined and weighted; their mean goes on
-//   refine         rounds of {search edges along normals, robust Gauss-Newton with texture patches
+//   expect         one narrow refine around the prediction: enough where the object moves on as it
+//   did align          else by grey values of the last good frame, coarse to fine: carries large
+//   motions filter         with several particles: each is moved, refined and weighted; their mean
+//   goes on refine         rounds of {search edges along normals, robust Gauss-Newton with texture
+//   patches
 //                  and the colours beside the outline}
 //   assess         health: do the edges and the texture agree with the pose?
 //   rescue         when they do not: screened random starts, aligned and refined; from a given
@@ -58,6 +60,7 @@ class EdgeTracker::Implementation {
   double healthNeeded(const Estimate& estimate, const std::optional<ObjectPrediction>& start) const;
   bool improve(const Frame& frame, double needed, Estimate& estimate);
   Estimate follow(const Frame& frame);
+  std::optional<Estimate> refineExpected(const std::optional<PosePrior>& expected);
   Estimate refineEither(const SE3& aligned, const SE3& predicted,
                         const std::optional<PosePrior>& expected);
   Estimate startAt(const SE3& start, const std::optional<PosePrior>& prior, const Frame& frame) {
@@ -209,6 +212,7 @@ bool EdgeTracker::Implementation::improve(const Frame& frame, double needed, Est
 Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
   const std::optional<PosePrior> expected = motion_.expectedAt(frame.timestamp_ns);
   if (options_.particles == 1) {
+    if (auto estimate = refineExpected(expected)) return *std::move(estimate);
     const SE3 predicted = motion_.predict(frame.timestamp_ns, T_last_);
     return refineEither(frames_.align(image_, predicted, T_last_, refiner_), predicted, expected);
   }
@@ -229,6 +233,18 @@ Estimate EdgeTracker::Implementation::follow(const Frame& frame) {
     return alone;
   Estimate by_particles = refiner_.refine(filter_.mean().T, expected);
   return by_particles.health.value > alone.health.value ? by_particles : alone;
+}
+
+// What moves on as it did is found close to where it is expected, better than by its grey values.
+std::optional<Estimate> EdgeTracker::Implementation::refineExpected(
+    const std::optional<PosePrior>& expected) {
+  if (!expected || refiner_.coverAt(expected->T_camera_model).any()) return std::nullopt;
+  Estimate estimate =
+      refiner_.refine(expected->T_camera_model, {options_.narrow_search_px}, expected);
+  const double moved_px = refiner_.pixelMotion(expected->T_camera_model, estimate.T_camera_model);
+  if (moved_px > options_.narrow_search_px || estimate.health.value < options_.start_health)
+    return std::nullopt;
+  return estimate;
 }
 
 // Grey values may have gone with something in front of the object: where they and the prediction do

@@ -36,7 +36,7 @@ TEST_F(GreyCues, PyramidKeepsPlaces) {
     for (int x = 0; x < 64; ++x) ramp(x, y) = static_cast<uint8_t>(2 * x + y);
   ImagePyramid pyramid;
   pyramid.build(ramp);
-  for (int l = 0; l < 3; ++l)
+  for (int l = 1; l < ImagePyramid::kLevels; ++l)
     for (double x = 10; x < 50; x += 3.7) {
       const double y = 20.3;
       EXPECT_NEAR(sampleBilinear(pyramid.level(l), static_cast<float>(toLevel(x, l)),
