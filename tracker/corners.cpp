@@ -11,19 +11,20 @@ constexpr int kRadius = 2;       // px, of the structure tensor
 constexpr float kWeakest = 400;  // smaller eigenvalue of a corner, grey levels^2 over the window
 
 float cornerStrength(const Image<uint8_t>& image, int x, int y) {
-  float xx = 0, xy = 0, yy = 0;
+  int xx = 0, xy = 0, yy = 0;  // of twice the gradient
   for (int j = y - kRadius; j <= y + kRadius; ++j) {
     const uint8_t *above = image.row(j - 1), *row = image.row(j), *below = image.row(j + 1);
     for (int i = x - kRadius; i <= x + kRadius; ++i) {
-      const float gx = 0.5f * static_cast<float>(row[i + 1] - row[i - 1]);
-      const float gy = 0.5f * static_cast<float>(below[i] - above[i]);
+      const int gx = row[i + 1] - row[i - 1], gy = below[i] - above[i];
       xx += gx * gx;
       xy += gx * gy;
       yy += gy * gy;
     }
   }
-  const float half = 0.5f * (xx + yy), difference = 0.5f * (xx - yy);
-  return half - std::sqrt(difference * difference + xy * xy);
+  const float half = 0.125f * static_cast<float>(xx + yy);
+  const float difference = 0.125f * static_cast<float>(xx - yy);
+  const float mixed = 0.25f * static_cast<float>(xy);
+  return half - std::sqrt(difference * difference + mixed * mixed);
 }
 
 }  // namespace

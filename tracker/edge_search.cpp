@@ -218,8 +218,8 @@ std::vector<EdgeObservation> EdgeSearch::search(const EdgePicture& picture, cons
 std::vector<SampleSides> EdgeSearch::sidesOf(const SE3& T, const std::vector<int>& samples,
                                              int near_px, int far_px, bool outline_only) const {
   const Matrix3d R = T.rotationMatrix();
-  const SE3 T_model_camera = T.inverse();
-  const Vector3d eye = T_model_camera.translation;
+  const Matrix3d R_model_camera = R.transpose();
+  const Vector3d eye = T.inverse().translation, origin = eye + model_.centre_object;
   const double behind = 1 + 2 * model_.diameter / std::max(T.translation.z(), 1e-3);
   std::vector<SampleSides> sides;
   std::vector<Vector3d> points;
@@ -231,10 +231,10 @@ std::vector<SampleSides> EdgeSearch::sidesOf(const SE3& T, const std::vector<int
     const Vector3d p = R * model_.samples[static_cast<size_t>(index)].p + T.translation;
     const Vector3d pixel = p.z() / camera_.fx() * Vector3d(line->normal.x(), line->normal.y(), 0);
     for (const int px : {-far_px, -near_px, near_px, far_px})
-      points.push_back(T_model_camera * (behind * (p + px * pixel)) + model_.centre_object);
+      points.push_back(R_model_camera * (behind * (p + px * pixel)) + origin);
   }
   std::vector<uint8_t> on_object(points.size());
-  rays_.occluded(object_, eye + model_.centre_object, points, on_object);
+  rays_.occluded(object_, origin, points, on_object);
   size_t kept = 0;
   for (size_t i = 0; i < sides.size(); ++i) {
     const auto [far_before, before, after, far_after] = std::array{

@@ -27,6 +27,11 @@ float edgeAt(const EdgeObservation& o, double place, float least) {
 
 }  // namespace
 
+bool isCertain(const Matrix6d& covariance, const TrackerOptions& options) {
+  return std::sqrt(covariance.topLeftCorner<3, 3>().trace()) <= options.claim_sigma_m &&
+         std::sqrt(covariance.bottomRightCorner<3, 3>().trace()) <= options.claim_sigma_rad;
+}
+
 TrackHealth assessHealth(const VisibleSamples& visible,
                          const std::vector<EdgeObservation>& observations,
                          const TextureCue& texture, const TextureCue& printed,

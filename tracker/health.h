@@ -16,6 +16,12 @@ struct TrackHealth {
   std::string reason;         // why nothing can be said; empty otherwise
 };
 
+// Whether a pose with this covariance may be claimed.
+bool isCertain(const Matrix6d& covariance, const TrackerOptions& options);
+
+// Factor of a covariance that is not far from too large for a claim.
+inline constexpr double kDoubted = 4;
+
 // How far around a sample the health looks for edges, steps of its profile.
 inline constexpr int kHealthRange = 6;
 

@@ -35,7 +35,6 @@ namespace {
 constexpr double kLeap_rad = 0.35;
 
 constexpr double kSmearing_px = 10;  // motion from frame to frame that may smear edges
-constexpr double kDoubted = 4;       // of a covariance that is not far from too large for a claim
 
 }  // namespace
 
@@ -125,7 +124,7 @@ ObjectMeasurement EdgeTracker::Implementation::track(const Frame& frame,
   const double needed = healthNeeded(estimate, start);
   bool good = estimate.health.value >= needed || improve(frame, needed, estimate);
   // Several poses may explain the part that is seen of an object.
-  if (good && isHeld() && !report_.isCertain(kDoubted * estimate.covariance) &&
+  if (good && isHeld() && !isCertain(kDoubted * estimate.covariance, options_) &&
       refiner_.coverAt(estimate.T_camera_model).any()) {
     estimate =
         refiner_.searchNeighbours(std::move(estimate), motion_.expectedAt(frame.timestamp_ns));
@@ -153,7 +152,7 @@ Estimate EdgeTracker::Implementation::estimateFrom(const Frame& frame,
                                                    const std::optional<ObjectPrediction>& start) {
   // Where it is known to be, what looks otherwise is something that covers it.
   const bool verified = start && start->verified;
-  const bool expected = start && report_.isCertain(start->covariance);
+  const bool expected = start && isCertain(start->covariance, options_);
   refiner_.setImage(frame,
                     isHeld() || verified || expected ? Covers::kLeftOut : Covers::kAgainstPose);
   if (!starting_ && (state_ != State::kLost || frames_.isGood())) return follow(frame);
@@ -301,7 +300,7 @@ void EdgeTracker::Implementation::accept(const Estimate& estimate, int64_t times
   frames_.setReference(image_, T_good_, refiner_.coverAt(T_good_), true);
 
   // What is followed uncertainly, half covered, must not change what is known of the object.
-  if (report_.isCertain(estimate.covariance)) refiner_.remember(estimate);
+  if (isCertain(estimate.covariance, options_)) refiner_.remember(estimate);
 }
 
 EdgeTracker::EdgeTracker(ObjectModel model, Camera camera, std::shared_ptr<const RayQuery> rays,

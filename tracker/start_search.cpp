@@ -8,10 +8,11 @@ Estimate searchFromStart(const SE3& start, const std::optional<PosePrior>& prior
                          uint32_t frame_index, bool look_is_known, const TrackerOptions& options,
                          PoseRefiner& refiner, const ParticleFilter& filter) {
   Estimate best = refiner.refineStart(start, prior);
-  // A start that the image leaves where it was needs no comparison; with good grey values the
-  // rescue does as well, and costs less.
+  // A start that the image leaves where it was needs no comparison, but with its neighbours where
+  // it knows little; with good grey values the rescue does as well, and costs less.
   const bool kept = best.health.value >= options.start_health &&
                     refiner.pixelMotion(best.T_camera_model, start) < options.narrow_search_px;
+  if (kept && isCertain(kDoubted * best.covariance, options)) return best;
   if (kept || best.health.value >= options.certain_health || options.filter.start_particles == 0 ||
       look_is_known)
     return refiner.searchNeighbours(best, prior);

@@ -1,16 +1,10 @@
 #include "tracker/track_report.h"
 
-#include <cmath>
 
 namespace diorama {
 
-bool TrackReport::isCertain(const Matrix6d& covariance) const {
-  return std::sqrt(covariance.topLeftCorner<3, 3>().trace()) <= options_.claim_sigma_m &&
-         std::sqrt(covariance.bottomRightCorner<3, 3>().trace()) <= options_.claim_sigma_rad;
-}
-
 ObjectMeasurement TrackReport::of(const Frame& frame, const Estimate& estimate, bool good) const {
-  const bool certain = isCertain(estimate.covariance);
+  const bool certain = isCertain(estimate.covariance, options_);
   ObjectMeasurement m = notClaimed(frame, estimate.T_camera_model,
                                    !good      ? "too few edges agree with the pose"
                                    : !certain ? "the pose is too uncertain"

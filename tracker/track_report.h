@@ -22,9 +22,6 @@ class TrackReport {
 
   SE3 toModel(const SE3& T_camera_object) const { return T_camera_object * T_object_model_; }
 
-  // Whether a pose with this covariance may be claimed.
-  bool isCertain(const Matrix6d& covariance) const;
-
   // Claimed when it is good and certain.
   ObjectMeasurement of(const Frame& frame, const Estimate& estimate, bool good) const;
 
