@@ -20,10 +20,14 @@ std::string readFile(const fs::path& file) {
   if (fs::is_directory(file, error)) throw MissingInputError(file, "it is a folder");
   std::ifstream in(file, std::ios::binary);
   if (!in) throw MissingInputError(file);
-  std::ostringstream content;
-  content << in.rdbuf();
+  const auto size = fs::file_size(file, error);
+  std::string content(error ? 0 : size, '\0');
+  in.read(content.data(), static_cast<std::streamsize>(content.size()));
+  content.resize(static_cast<size_t>(in.gcount()));
+  std::ostringstream rest;  // of pipes, which have no size
+  if (in) rest << in.rdbuf();
   if (in.bad()) throw MissingInputError(file, "reading it failed");
-  return std::move(content).str();
+  return content.append(rest.str());
 }
 
 AtomicFile::AtomicFile(fs::path file)

@@ -6,6 +6,8 @@
 
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
+#include <thread>
 
 #include "core/errors.h"
 #include "tests/support/temporary_folder.h"
@@ -30,6 +32,15 @@ TEST(Files, WritesAndReplacesWholeFiles) {
   writeFileAtomically(file, "");
   EXPECT_EQ(readFile(file), "");
   EXPECT_EQ(entries(folder.path()), 1u);
+}
+
+TEST(Files, ReadsPipes) {
+  TemporaryFolder folder;
+  const fs::path pipe = folder.path() / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const std::string bytes(200000, 'x');  // more than a pipe holds
+  std::jthread writer([&] { std::ofstream(pipe) << bytes; });
+  EXPECT_EQ(readFile(pipe), bytes);
 }
 
 TEST(Files, PieceByPieceOrNotAtAll) {
