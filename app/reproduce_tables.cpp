@@ -10,6 +10,7 @@
 #include "core/trajectory.h"
 #include "eval/alignment.h"
 #include "eval/csv.h"
+#include "eval/object_errors.h"
 #include "eval/statistics.h"
 #include "eval/trajectory_errors.h"
 
@@ -53,11 +54,10 @@ struct CommonErrors {
 };
 
 std::optional<CommonErrors> commonErrors(const ErrorPanel& panel) {
-  constexpr double kFarthest = 0.5;
   CommonErrors common;
   for (size_t i = 0; i < panel.times_s.size(); ++i) {
     const auto counts = [&](const ErrorCurve& curve) {
-      return curve.error_m[i] && *curve.error_m[i] < kFarthest;
+      return curve.error_m[i] && *curve.error_m[i] < kFar_m;
     };
     if (!std::all_of(panel.curves.begin(), panel.curves.end(), counts)) continue;
     common.share += 1;

@@ -10,7 +10,6 @@
 namespace diorama {
 namespace {
 
-constexpr double kFar_m = 0.5;       // reported errors from here on do not enter the means
 constexpr double kVisible = 0.4;     // least visible_fraction of success_visible_*
 constexpr double kAucLimit_m = 0.1;  // where the ADD curve ends
 constexpr double kDegree = std::numbers::pi / 180;

@@ -10,6 +10,9 @@
 
 namespace diorama {
 
+// Reported errors from here on do not enter the means (paper).
+inline constexpr double kFar_m = 0.5;
+
 // What was said about the object in one frame, and what is true.
 struct ObjectFrame {
   std::optional<SE3> truth;     // T_camera_object; a frame without it has no errors
