@@ -121,6 +121,7 @@ int runCommandLine(int argc, const char* const* argv) {
   std::signal(SIGINT, onSignal);
   std::signal(SIGTERM, onSignal);
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a limit of file sizes is reported as a full disk is
   setUpLogging();
   try {
     return parseAndRun(argc, argv);

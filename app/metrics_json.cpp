@@ -106,22 +106,29 @@ bool Expectation::holds(double value) const {
   return (value == bound_) == (relation_ == "==");
 }
 
-std::string Expectation::missed(const Metrics& metrics) const {
-  bool found = false;
+bool Expectation::isAbout(const MetricValue& metric) const {
+  return metric.path == metric_ || metric.path.ends_with("." + metric_);
+}
+
+void Expectation::check(const Metrics& metrics) const {
   std::vector<std::string> names;
   for (const MetricValue& metric : listMetrics(metrics)) {
+    if (isAbout(metric)) return;
     names.push_back(metric.path);
     names.emplace_back(lastName(metric.path));
-    if (metric.path != metric_ && lastName(metric.path) != metric_) continue;
-    found = true;
+  }
+  const std::string near = nearestName(metric_, names);
+  throw UsageError("--expect " + text_ + ": there is no metric `" + metric_ + "`" +
+                   (near.empty() ? "" : "; did you mean `" + near + "`?"));
+}
+
+std::string Expectation::missed(const Metrics& metrics) const {
+  check(metrics);
+  for (const MetricValue& metric : listMetrics(metrics)) {
+    if (!isAbout(metric)) continue;
     if (!metric.value) return "missed: " + text_ + " (" + metric.path + " is not known)";
     if (!holds(*metric.value))
       return "missed: " + text_ + " (" + metric.path + " is " + formatNumber(*metric.value) + ")";
-  }
-  if (!found) {
-    const std::string near = nearestName(metric_, names);
-    throw UsageError("--expect " + text_ + ": there is no metric `" + metric_ + "`" +
-                     (near.empty() ? "" : "; did you mean `" + near + "`?"));
   }
   return "";
 }

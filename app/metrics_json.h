@@ -23,11 +23,15 @@ class Expectation {
  public:
   // Throws UsageError.
   explicit Expectation(const std::string& text);
+  // Throws UsageError for a metric that does not exist, with the nearest name. Its value may be
+  // unknown yet.
+  void check(const Metrics& metrics) const;
   // Nothing when it holds, else one line that says by how much it is missed. An unknown value
-  // misses. Throws UsageError for a metric that does not exist, with the nearest name.
+  // misses. Throws as check().
   std::string missed(const Metrics& metrics) const;
 
  private:
+  bool isAbout(const MetricValue& metric) const;  // by its name, or the end of it
   bool holds(double value) const;
 
   std::string text_, metric_, relation_;

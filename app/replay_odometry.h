@@ -13,7 +13,8 @@ class ReplayOdometry : public Odometry {
   // Consecutive steps in the order of time; `source` names the odometry in the results.
   ReplayOdometry(std::vector<OdometryMeasurement> steps, std::string source);
 
-  // Composes the steps from the previous frame to this one. Without a chain of steps between them
+  // Composes the steps from the previous frame to this one, whose times may differ by half a
+  // millisecond: other programs round. Without a chain of steps between them
   // the measurement has health 0 and the identity.
   std::optional<OdometryMeasurement> track(const Frame& frame) override;
 

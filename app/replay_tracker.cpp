@@ -1,5 +1,7 @@
 #include "app/replay_tracker.h"
 
+#include "app/recorded_time.h"
+
 namespace diorama {
 
 ReplayTracker::ReplayTracker(const std::vector<ObjectMeasurement>& measurements, std::string object,
@@ -11,8 +13,12 @@ ReplayTracker::ReplayTracker(const std::vector<ObjectMeasurement>& measurements,
 }
 
 ObjectMeasurement ReplayTracker::track(const Frame& frame, const std::optional<ObjectPrediction>&) {
-  const auto found = measurements_.find(frame.timestamp_ns);
-  if (found != measurements_.end()) return found->second;
+  const auto found = measurements_.lower_bound(frame.timestamp_ns - kSameTime_ns);
+  if (found != measurements_.end() && isSameTime(found->first, frame.timestamp_ns)) {
+    ObjectMeasurement measurement = found->second;
+    measurement.timestamp_ns = frame.timestamp_ns;
+    return measurement;
+  }
   ObjectMeasurement none;
   none.source = source_;
   none.object = object_;

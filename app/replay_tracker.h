@@ -15,7 +15,8 @@ class ReplayTracker : public ObjectTracker {
   ReplayTracker(const std::vector<ObjectMeasurement>& measurements, std::string object,
                 std::string source);
 
-  // What was measured at the frame's time; not claimed where there is nothing. Starts are ignored.
+  // What was measured at the frame's time, or half a millisecond from it; not claimed where there
+  // is nothing. Starts are ignored.
   ObjectMeasurement track(const Frame& frame,
                           const std::optional<ObjectPrediction>& start) override;
 

@@ -58,6 +58,14 @@ int reportMetrics(const RunArguments& arguments, const Metrics& metrics) {
   return code;
 }
 
+// What is not there fails before the work.
+void checkExpectations(const RunArguments& arguments, const RunInput& input) {
+  Metrics metrics;
+  for (const KnownObject& object : input.objects)
+    metrics.objects.push_back({object.model.name, {}});
+  for (const std::string& expect : arguments.expects) Expectation(expect).check(metrics);
+}
+
 // A run that fails leaves its folder as it was before.
 Metrics processOrUndo(const RunArguments& arguments, const RunInput& input,
                       const std::vector<int>& frames, Session& session) {
@@ -73,8 +81,6 @@ Metrics processOrUndo(const RunArguments& arguments, const RunInput& input,
 
 int run(const RunArguments& arguments) {
   checkSupported(arguments);
-  for (const std::string& expect : arguments.expects)
-    Expectation{expect};  // malformed ones fail before the work
   SplitOverrides sets = splitOverrides(arguments.sets);
   if (arguments.seed)
     sets.scene.push_back(parseOverride("seed=" + std::to_string(*arguments.seed)));
@@ -89,6 +95,7 @@ int run(const RunArguments& arguments) {
   const RunInput input = openInput(
       arguments.input, range.begin, sets.scene, {parseQuality(arguments.quality), 1},
       arguments.objects.empty() ? std::nullopt : std::optional<fs::path>(arguments.objects));
+  checkExpectations(arguments, input);
   const std::vector<int> frames = framesOf(range, input.source->frameCount(), arguments.every);
   Session session(arguments, input, frames.front(), options);
 

@@ -1,5 +1,7 @@
 #include "app/run_input.h"
 
+#include <cstdio>
+
 #include "core/errors.h"
 #include "core/files.h"
 #include "core/measurements_io.h"
@@ -56,10 +58,21 @@ double meanRate(const Reader& reader) {
   return (n - 1) / (1e-9 * static_cast<double>(reader.timestampNs(n - 1) - reader.timestampNs(0)));
 }
 
+// Meshes are often in millimetres, and nobody looks at a block as large as a house from near.
+void warnOfMillimetres(const SequenceObject& object, const Mesh& mesh) {
+  constexpr float kHouse_m = 10;
+  const Vector3f size = mesh.maxCorner() - mesh.minCorner();
+  if (object.scale == 1 && size.maxCoeff() > kHouse_m)
+    std::fprintf(stderr,
+                 "object `%s`: %s is %.3g x %.3g x %.3g m large; is `scale: 0.001` missing?\n",
+                 object.name.c_str(), object.model.c_str(), size.x(), size.y(), size.z());
+}
+
 void addObjects(const std::vector<SequenceObject>& objects, RunInput& input) {
   for (const SequenceObject& object : objects) {
     ObjectModel model{object.name, importMesh(object.model, {object.scale, object.y_up}),
                       object.symmetries};
+    warnOfMillimetres(object, model.mesh);
     input.objects.push_back({std::move(model),
                              {object.model, object.scale, object.y_up},
                              object.database,

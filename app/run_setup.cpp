@@ -72,8 +72,11 @@ std::vector<std::string> namesOf(const RunInput& input) {
 std::unique_ptr<Odometry> makeOdometry(const std::string& name, const RunArguments& arguments,
                                        const RunInput& input, const RunOptions& options,
                                        const std::shared_ptr<const RayQuery>& rays) {
-  if (const auto file = replayFile(name))
-    return std::make_unique<ReplayOdometry>(readMeasurements(*file).odometry, "replay");
+  if (const auto file = replayFile(name)) {
+    std::vector<OdometryMeasurement> steps = readMeasurements(*file).odometry;
+    if (steps.empty()) throw InputError(*file, "there is no odometry in it");
+    return std::make_unique<ReplayOdometry>(std::move(steps), "replay");
+  }
   if (name == "vo")
     return std::make_unique<VisualOdometry>(input.source->camera(), options.vo, "vo",
                                             KnownShapes{rays, namesOf(input)});
@@ -117,10 +120,21 @@ SE3 givenPose(const RunArguments& arguments, const RunInput& input, const KnownO
 // What the files say that trackers replay.
 using Recordings = std::map<std::string, Measurements>;  // by the tracker's name
 
-Recordings recordingsOf(const RunArguments& arguments) {
+Recordings recordingsOf(const RunArguments& arguments, const RunInput& input) {
   Recordings recordings;
-  for (const std::string& name : namesIn(arguments.tracker))
-    if (const auto file = replayFile(name)) recordings[name] = readMeasurements(*file);
+  const std::vector<std::string> wanted = namesOf(input);
+  for (const std::string& name : namesIn(arguments.tracker)) {
+    const auto file = replayFile(name);
+    if (!file) continue;
+    const Measurements& found = recordings[name] = readMeasurements(*file);
+    const auto isWanted = [&](const ObjectMeasurement& m) {
+      return std::find(wanted.begin(), wanted.end(), m.object) != wanted.end();
+    };
+    if (std::none_of(found.objects.begin(), found.objects.end(), isWanted))
+      throw InputError(*file, "it measures none of the objects",
+                       found.objects.empty() ? "there is no object in it"
+                                             : "it has `" + found.objects.front().object + "`");
+  }
   return recordings;
 }
 
@@ -153,7 +167,7 @@ std::vector<PipelineObject> makeObjects(const RunArguments& arguments, const Run
                                         int first_frame, const RunOptions& options,
                                         const std::shared_ptr<const RayQuery>& rays) {
   std::vector<PipelineObject> objects;
-  const Recordings recorded = recordingsOf(arguments);
+  const Recordings recorded = recordingsOf(arguments, input);
   for (size_t i = 0; i < input.objects.size(); ++i) {
     const KnownObject& known = input.objects[i];
     PipelineObject object{known.model.name, nullptr, std::nullopt, known.model.symmetries};

@@ -37,7 +37,8 @@ int train(const TrainArguments& arguments) {
   std::vector<ModelFile> files;  // all are found before the work
   for (const std::string& name : arguments.models)
     files.push_back({findModel(name), arguments.scale, arguments.up == "y"});
-  if (files.size() > 1) createFolder(arguments.output);
+  for (const ModelFile& file : files)
+    createFolder(fs::absolute(databaseFile(arguments, file.mesh.stem().string())).parent_path());
   for (const ModelFile& file : files) {
     const std::string name = file.mesh.stem().string();
     const ObjectModel model{name, importMesh(file.mesh, {file.scale, file.y_up}), {}};

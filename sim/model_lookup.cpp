@@ -37,11 +37,13 @@ fs::path find(const std::string& name, const SourcePlace& place, const fs::path&
   const fs::path own = (folder / name).lexically_normal();
   if (fs::is_regular_file(own, error)) return own;
   if (fs::is_regular_file(own / file(name), error)) return own / file(name);
-  const std::string near = nearestName(name, knownModels(file));
+  const std::vector<std::string> known = knownModels(file);
+  const std::string near = nearestName(name, known);
   throw MissingInputError(
       place,
       "there is no model `" + name + "`" + (near.empty() ? "" : "; did you mean `" + near + "`?"),
-      "a folder under models/ or the path of a mesh");
+      known.empty() ? "there is no models/ here: set DIORAMA_DATA to the folder that has it"
+                    : "a folder under models/ or the path of a mesh");
 }
 
 std::string meshOf(const std::string& name) { return name + ".obj"; }

@@ -40,7 +40,8 @@ double minimumJerk(double fraction);
 //   R(t) = C_i Exp(b1(t) w_i+1) Exp(b2(t) w_i+2) Exp(b3(t) w_i+3),   w_j = Log(C_j-1^-1 C_j)
 // (M.-J. Kim, M.-S. Kim, S. Y. Shin, A general construction scheme for unit quaternion curves,
 // SIGGRAPH 1995), whose control rotations C are solved for so that it passes through the keyframes.
-// It rests before the first and after the last one. At least one keyframe, times strictly
+// It rests before the first and after the last one, and between equal neighbours, where the motion
+// before ends and the one after begins with no velocity. At least one keyframe, times strictly
 // increasing; a programming error otherwise.
 std::unique_ptr<MotionPath> makeSplinePath(const std::vector<Keyframe>& keyframes);
 

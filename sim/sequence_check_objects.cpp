@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace diorama {
 namespace {
@@ -10,6 +11,7 @@ namespace {
 constexpr double kSame_m = 0.0003;  // depth files resolve 0.2 mm
 constexpr double kDeepest_m = 65535 / 5000.0;
 constexpr double kJitter_px = 0.01;  // outlines are decided by rounding
+constexpr int kSteps = 5;            // of it, for depths on a rim that is seen edge-on
 
 }  // namespace
 
@@ -81,6 +83,16 @@ ObjectDifferences ObjectComparison::compare(int object,
             return true;
         return false;
       };
+      const auto isBetween = [&](double depth) {
+        double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
+        for (int j = -kSteps; j <= kSteps; ++j)
+          for (int i = -kSteps; i <= kSteps; ++i)
+            if (const auto z = depthAt(view, Vector2d(x + i * kJitter_px, y + j * kJitter_px))) {
+              nearest = std::min(nearest, *z);
+              farthest = std::max(farthest, *z);
+            }
+        return depth > nearest - kSame_m && depth < farthest + kSame_m;
+      };
       const bool seen = images.seen(x, y);
       const bool whole = images.mask.empty() ? seen : images.mask(x, y) != 0;
       ++result.pixels;
@@ -94,7 +106,8 @@ ObjectDifferences ObjectComparison::compare(int object,
       const double depth = static_cast<double>(images.depth_m(x, y));
       if (seen && !agrees([&](const std::optional<double>& z) {
             return z && (std::abs(depth - *z) < kSame_m || (depth == 0 && *z > kDeepest_m));
-          })) {
+          }) &&
+          !isBetween(depth)) {
         if (result.depth++ == 0) {
           result.depth_x = x, result.depth_y = y;
           result.depth_off_m = depth - depthAt(view, Vector2d(x, y)).value_or(depth);

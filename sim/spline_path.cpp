@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
+#include <utility>
 
 #include "core/errors.h"
 #include "sim/motion_path.h"
@@ -17,11 +19,16 @@ struct Basis {
   std::array<double, 4> weight{};
 };
 
+// What a spline does at its ends: natural ones go on straight, others begin or end at rest.
+struct Ends {
+  bool rests_before = false, rests_after = false;
+};
+
 // n >= 2 sites make n + 2 B-splines; site i is knot i + 3. The three knots beyond each end continue
 // the spacing of the last interval.
 class Knots {
  public:
-  explicit Knots(const std::vector<double>& sites) : sites_(sites) {
+  Knots(const std::vector<double>& sites, Ends ends) : sites_(sites), ends_(ends) {
     const size_t n = sites.size();
     for (int k = 3; k > 0; --k) u_.push_back(sites[0] - k * (sites[1] - sites[0]));
     u_.insert(u_.end(), sites.begin(), sites.end());
@@ -51,15 +58,19 @@ class Knots {
   }
 
   // No second derivative at the first (last) site means that the outermost control difference is
-  // this many times the next one.
-  double startRatio() const { return (u_[4] - u_[1]) / (u_[5] - u_[2]); }
+  // this many times the next one; no first derivative, where it rests, that it is minus as many:
+  // the first two intervals of knots are alike there.
+  double startRatio() const {
+    return (ends_.rests_before ? -1 : 1) * (u_[4] - u_[1]) / (u_[5] - u_[2]);
+  }
   double endRatio() const {
     const size_t k = sites_.size() + 2;
-    return (u_[k + 2] - u_[k - 1]) / (u_[k + 1] - u_[k - 2]);
+    return (ends_.rests_after ? -1 : 1) * (u_[k + 2] - u_[k - 1]) / (u_[k + 1] - u_[k - 2]);
   }
 
  private:
   std::vector<double> sites_, u_;
+  Ends ends_;
 };
 
 // Solves for the inner control values of a natural spline that has the given values at the sites:
@@ -176,11 +187,12 @@ class RotationSpline {
 
 // Keyframes that turn far from one to the next may have no solution near them; with rotations half
 // way between added there is one.
-RotationSpline fitRotations(std::vector<double> times, std::vector<Quaterniond> rotations) {
+RotationSpline fitRotations(std::vector<double> times, std::vector<Quaterniond> rotations,
+                            Ends ends) {
   constexpr double kExact = 1e-10;  // rad
   constexpr int kMaxRefinements = 4;
   for (int refinement = 0;; ++refinement) {
-    RotationSpline spline(Knots(times), rotations);
+    RotationSpline spline(Knots(times, ends), rotations);
     if (spline.error() < kExact || refinement == kMaxRefinements) return spline;
     std::vector<double> finer_times;
     std::vector<Quaterniond> finer;
@@ -215,22 +227,62 @@ class RestingPath : public MotionPath {
   SE3 pose_;
 };
 
-}  // namespace
+// One path after the other: each until its time.
+class PathsInTurn : public MotionPath {
+ public:
+  void add(double until_s, std::unique_ptr<MotionPath> path) {
+    paths_.emplace_back(until_s, std::move(path));
+  }
+  SE3 pose(double time_s) const override {
+    for (const auto& [until_s, path] : paths_)
+      if (time_s < until_s) return path->pose(time_s);
+    return paths_.back().second->pose(time_s);
+  }
 
-std::unique_ptr<MotionPath> makeSplinePath(const std::vector<Keyframe>& keyframes) {
-  DIORAMA_CHECK(!keyframes.empty());
-  if (keyframes.size() == 1) return std::make_unique<RestingPath>(keyframes[0].pose);
+ private:
+  std::vector<std::pair<double, std::unique_ptr<MotionPath>>> paths_;
+};
+
+std::unique_ptr<MotionPath> makeMovingPath(std::span<const Keyframe> keyframes, Ends ends) {
   std::vector<double> times;
   std::vector<Vector3d> positions;
   std::vector<Quaterniond> rotations;
   for (const Keyframe& keyframe : keyframes) {
-    DIORAMA_CHECK(times.empty() || keyframe.time_s > times.back());
     times.push_back(keyframe.time_s);
     positions.push_back(keyframe.pose.translation);
     rotations.push_back(keyframe.pose.rotation.normalized());
   }
-  return std::make_unique<SplinePath>(PositionSpline(Knots(times), positions),
-                                      fitRotations(times, rotations));
+  return std::make_unique<SplinePath>(PositionSpline(Knots(times, ends), positions),
+                                      fitRotations(times, rotations, ends));
+}
+
+bool isSame(const SE3& a, const SE3& b) {
+  return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
+}  // namespace
+
+std::unique_ptr<MotionPath> makeSplinePath(const std::vector<Keyframe>& keyframes) {
+  DIORAMA_CHECK(!keyframes.empty());
+  for (size_t i = 1; i < keyframes.size(); ++i)
+    DIORAMA_CHECK(keyframes[i].time_s > keyframes[i - 1].time_s);
+  const size_t last = keyframes.size() - 1;
+  const auto restsAfter = [&](size_t i) {
+    return i < last && isSame(keyframes[i].pose, keyframes[i + 1].pose);
+  };
+  auto path = std::make_unique<PathsInTurn>();
+  for (size_t first = 0; first < last;) {
+    size_t end = first + 1;
+    const bool rests = restsAfter(first);
+    while (end < last && restsAfter(end) == rests) ++end;
+    path->add(keyframes[end].time_s,
+              rests ? std::make_unique<RestingPath>(keyframes[first].pose)
+                    : makeMovingPath(std::span(keyframes).subspan(first, end - first + 1),
+                                     {first > 0, end < last}));
+    first = end;
+  }
+  if (last == 0) path->add(0, std::make_unique<RestingPath>(keyframes[0].pose));
+  return path;
 }
 
 }  // namespace diorama

@@ -8,6 +8,8 @@
 namespace diorama {
 namespace {
 
+constexpr int64_t kMs = 1'000'000;  // ns
+
 SE3 motion(double x, double turn) {
   return exp((Vector6d() << x, 0.1 * x, 0, 0, turn, 0.2 * turn).finished());
 }
@@ -15,12 +17,12 @@ SE3 motion(double x, double turn) {
 std::vector<OdometryMeasurement> threeSteps() {
   std::vector<OdometryMeasurement> steps;
   for (int k = 0; k < 3; ++k)
-    steps.push_back(
-        {"sensor", 10 * k, 10 * (k + 1), motion(0.1 + 0.05 * k, 0.2), test::covarianceOf(0.01), 1});
+    steps.push_back({"sensor", 10 * k * kMs, 10 * (k + 1) * kMs, motion(0.1 + 0.05 * k, 0.2),
+                     test::covarianceOf(0.01), 1});
   return steps;
 }
 
-Frame frameAt(int64_t time) { return {0, time, {}, {}}; }
+Frame frameAt(int64_t time_ms) { return {0, time_ms * kMs, {}, {}}; }
 
 TEST(ReplayOdometry, GivesEachStepAsItWasRecorded) {
   ReplayOdometry odometry(threeSteps(), "replay");
@@ -63,6 +65,22 @@ TEST(ReplayOdometry, ComposedCovarianceAgreesWithSamples) {
     sample += e * e.transpose() / n;
   }
   EXPECT_LT((sample - m->covariance).norm() / m->covariance.norm(), 0.03);
+}
+
+TEST(ReplayOdometry, TimesMayBeRounded) {
+  auto steps = threeSteps();
+  for (OdometryMeasurement& step : steps) step.from_ns += 333, step.to_ns -= kMs / 3;
+  ReplayOdometry odometry(steps, "replay");
+  EXPECT_FALSE(odometry.track(frameAt(0)).has_value());
+  EXPECT_TRUE(odometry.started());
+  for (const int64_t time_ms : {10, 20, 30}) {
+    const auto m = odometry.track(frameAt(time_ms));
+    EXPECT_EQ(m->health, 1);
+    EXPECT_EQ(m->to_ns, time_ms * kMs);
+  }
+  ReplayOdometry late(threeSteps(), "replay");
+  late.track({0, kMs, {}, {}});
+  EXPECT_EQ(late.track(frameAt(10))->health, 0);
 }
 
 TEST(ReplayOdometry, AGapIsNotHealthy) {

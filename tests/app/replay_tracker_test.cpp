@@ -5,9 +5,11 @@
 namespace diorama {
 namespace {
 
-ObjectMeasurement at(int64_t time, const std::string& object, double x) {
+constexpr int64_t kMs = 1'000'000;  // ns
+
+ObjectMeasurement at(int64_t time_ms, const std::string& object, double x) {
   const SE3 pose{Eigen::Quaterniond::Identity(), {x, 0, 1}};
-  return {"edge", object, time, pose, Matrix6d::Identity(), 0.8, true, ""};
+  return {"edge", object, time_ms * kMs, pose, Matrix6d::Identity(), 0.8, true, ""};
 }
 
 TEST(ReplayTracker, GivesWhatWasRecordedForItsObject) {
@@ -15,12 +17,13 @@ TEST(ReplayTracker, GivesWhatWasRecordedForItsObject) {
   ASSERT_TRUE(tracker.firstPose().has_value());
   EXPECT_EQ(tracker.firstPose()->translation.x(), 1);
   Frame frame;
-  frame.timestamp_ns = 30;
+  frame.timestamp_ns = 30 * kMs + 333;  // as another program rounds
   const ObjectMeasurement found = tracker.track(frame, std::nullopt);
   EXPECT_TRUE(found.claimed);
   EXPECT_EQ(found.T_camera_object.translation.x(), 3);
   EXPECT_EQ(found.source, "replay");
-  frame.timestamp_ns = 20;  // only another object's
+  EXPECT_EQ(found.timestamp_ns, frame.timestamp_ns);
+  frame.timestamp_ns = 20 * kMs;  // only another object's
   const ObjectMeasurement none = tracker.track(frame, ObjectPrediction{});
   EXPECT_FALSE(none.claimed);
   EXPECT_FALSE(none.reason.empty());

@@ -94,6 +94,26 @@ TEST(SplinePath, TwoKeyframesMakeAConstantScrewAndTheEndsRest) {
   EXPECT_EQ(resting->pose(0).translation, a.translation);
 }
 
+TEST(SplinePath, RestsBetweenEqualKeyframes) {
+  const SE3 a = lookAt({1, 0, 0.5}, {0, 0, 0}), b = lookAt({0, 1, 0.5}, {0, 0, 0});
+  const SE3 c = lookAt({0, 1, 0.9}, {0.3, 0, 0});
+  const auto path = makeSplinePath({{0, a}, {2, a}, {3, b}, {4.5, c}, {6, c}, {7, b}});
+  for (const auto& [from_s, until_s, pose] : {std::tuple(0.0, 2.0, a), std::tuple(4.5, 6.0, c)})
+    for (double t = from_s; t <= until_s; t += 0.05) {
+      EXPECT_EQ(path->pose(t).translation, pose.translation) << t;
+      EXPECT_LT(angleBetween(path->pose(t).rotation, pose.rotation), 1e-12) << t;
+    }
+  EXPECT_LT((path->pose(3).translation - b.translation).norm(), 1e-12);
+  EXPECT_LT(angleBetween(path->pose(3).rotation, b.rotation), 1e-9);
+  constexpr double h = 2e-4;
+  for (const double t : {2.0, 3.0, 4.5, 6.0}) {
+    const Derivatives right = oneSided(*path, t, h), left = oneSided(*path, t, -h);
+    EXPECT_LT((right.v - left.v).norm(), 1e-5) << t;
+    EXPECT_LT((right.w - left.w).norm(), 1e-5) << t;
+    EXPECT_EQ(t == 3.0, right.v.norm() > 0.1) << t;
+  }
+}
+
 TEST(LookAt, PutsTheTargetInTheMiddleAndTheWorldUpright) {
   const Vector3d position(0.5, -0.7, 0.4), target(0.1, 0.05, 0.12);
   const SE3 T = lookAt(position, target);
