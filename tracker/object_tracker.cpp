@@ -1,11 +1,10 @@
 // The main path of the tracker. A frame, in track():
 //
 //   predict        by the motion so far, or the given start; how sure that is counts in refine
-//   expect         one narrow refine around the prediction: enough where the object moves on as it
-//   did align          else by grey values of the last good frame, coarse to fine: carries large
-//   motions filter         with several particles: each is moved, refined and weighted; their mean
-//   goes on refine         rounds of {search edges along normals, robust Gauss-Newton with texture
-//   patches
+//   expect         one narrow refine around the prediction: enough for what moves on as it did
+//   align          else grey values of the last good frame, coarse to fine: carries large motions
+//   filter         with several particles: each is moved, refined and weighted; their mean goes on
+//   refine         rounds of {search edges along normals, robust Gauss-Newton with texture patches
 //                  and the colours beside the outline}
 //   assess         health: do the edges and the texture agree with the pose?
 //   rescue         when they do not: screened random starts, aligned and refined; from a given

@@ -1,6 +1,5 @@
 #include "tracker/track_report.h"
 
-
 namespace diorama {
 
 ObjectMeasurement TrackReport::of(const Frame& frame, const Estimate& estimate, bool good) const {
