@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace diorama {
 namespace {
@@ -15,10 +16,53 @@ constexpr int kSteps = 5;            // of it, for depths on a rim that is seen 
 
 }  // namespace
 
+// The object as a row of the image sees it.
 struct ObjectComparison::View {
+  const Camera& camera;
+  const EmbreeRayQuery& rays;
   int object;
   SE3 T_camera_object, T_object_camera;
+
+  std::optional<double> depthAt(double x, double y) const;
+  // Whether the mesh agrees with a condition on its depth, here or a hundredth pixel away.
+  template <class Condition>
+  bool agrees(int x, int y, const Condition& condition) const;
+  // How far a depth is off, m; 0 where it is right.
+  double depthOff(int x, int y, double depth) const;
 };
+
+std::optional<double> ObjectComparison::View::depthAt(double x, double y) const {
+  const auto direction = camera.unproject(Vector2d(x, y));
+  if (!direction) return std::nullopt;
+  const auto hit =
+      rays.closestHit(object, T_object_camera.translation, T_object_camera.rotation * *direction);
+  if (!hit) return std::nullopt;
+  return (T_camera_object * hit->p_object).z();
+}
+
+template <class Condition>
+bool ObjectComparison::View::agrees(int x, int y, const Condition& condition) const {
+  if (condition(depthAt(x, y))) return true;
+  for (const double dx : {-kJitter_px, kJitter_px})
+    for (const double dy : {-kJitter_px, kJitter_px})
+      if (condition(depthAt(x + dx, y + dy))) return true;
+  return false;
+}
+
+double ObjectComparison::View::depthOff(int x, int y, double depth) const {
+  const auto centre = depthAt(x, y);
+  if (centre && std::abs(depth - *centre) < kSame_m) return 0;
+  double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
+  for (int j = -kSteps; j <= kSteps; ++j)
+    for (int i = -kSteps; i <= kSteps; ++i)
+      if (const auto z = depthAt(x + i * kJitter_px, y + j * kJitter_px)) {
+        nearest = std::min(nearest, *z);
+        farthest = std::max(farthest, *z);
+      }
+  if (depth == 0 && farthest > kDeepest_m) return 0;
+  if (depth > nearest - kSame_m && depth < farthest + kSame_m) return 0;
+  return depth < nearest && farthest > 0 ? depth - nearest : depth - farthest;
+}
 
 ObjectComparison::ObjectComparison(const Camera& camera, const std::vector<Mesh>& meshes)
     : camera_(camera), rays_(meshes) {
@@ -49,13 +93,31 @@ ObjectComparison::Box ObjectComparison::imageBox(int object, const SE3& T_camera
           std::min(all.y1, clamped(upper.y(), kMargin_px, all.y1))};
 }
 
-std::optional<double> ObjectComparison::depthAt(const View& view, const Vector2d& u_px) const {
-  const auto direction = camera_.unproject(u_px);
-  if (!direction) return std::nullopt;
-  const auto hit = rays_.closestHit(view.object, view.T_object_camera.translation,
-                                    view.T_object_camera.rotation * *direction);
-  if (!hit) return std::nullopt;
-  return (view.T_camera_object * hit->p_object).z();
+// One ray for most pixels.
+void ObjectComparison::comparePixel(const View& view, int x, int y, const ObjectImages& images,
+                                    ObjectDifferences& result) const {
+  const bool seen = images.seen(x, y);
+  const bool whole = images.mask.empty() ? seen : images.mask(x, y) != 0;
+  ++result.pixels;
+  result.visible += seen;
+  const auto isWhole = [&](const std::optional<double>& z) { return z.has_value() == whole; };
+  if (!images.mask.empty() && !view.agrees(x, y, isWhole)) {
+    if (result.mask++ == 0) result.mask_x = x, result.mask_y = y;
+    return;
+  }
+  if (images.depth_m.empty() || !whole) return;
+  const double depth = static_cast<double>(images.depth_m(x, y));
+  if (seen) {
+    const double off = view.depthOff(x, y, depth);
+    if (off != 0 && result.depth++ == 0)
+      result.depth_x = x, result.depth_y = y, result.depth_off_m = off;
+    return;
+  }
+  const auto standsBefore = [&](const std::optional<double>& z) {
+    return !z || depth < *z + kSame_m;
+  };
+  if (depth > 0 && !view.agrees(x, y, standsBefore) && result.hidden++ == 0)
+    result.hidden_x = x, result.hidden_y = y;
 }
 
 ObjectDifferences ObjectComparison::compare(int object,
@@ -63,61 +125,14 @@ ObjectDifferences ObjectComparison::compare(int object,
                                             const ObjectImages& images) const {
   ObjectDifferences result;
   Box box = imageBox(object, T_camera_object(camera_.height() / 2));
-  const auto extend = [&](int x, int y) {
-    box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x), std::max(box.y1, y)};
-  };
   for (int y = 0; y < camera_.height(); ++y)
     for (int x = 0; x < camera_.width(); ++x)
-      if (images.seen(x, y) || (!images.mask.empty() && images.mask(x, y))) extend(x, y);
-
+      if (images.seen(x, y) || (!images.mask.empty() && images.mask(x, y)))
+        box = {std::min(box.x0, x), std::min(box.y0, y), std::max(box.x1, x), std::max(box.y1, y)};
   for (int y = box.y0; y <= box.y1; ++y) {
     const SE3 pose = T_camera_object(y);
-    const View view{object, pose, pose.inverse()};
-    for (int x = box.x0; x <= box.x1; ++x) {
-      // Whether the mesh agrees with a condition on its depth, here or a hundredth pixel away.
-      const auto agrees = [&](const auto& condition) {
-        if (condition(depthAt(view, Vector2d(x, y)))) return true;
-        for (int k = 0; k < 4; ++k)
-          if (condition(depthAt(view, Vector2d(x + (k & 1 ? kJitter_px : -kJitter_px),
-                                               y + (k & 2 ? kJitter_px : -kJitter_px)))))
-            return true;
-        return false;
-      };
-      const auto isBetween = [&](double depth) {
-        double nearest = std::numeric_limits<double>::infinity(), farthest = -nearest;
-        for (int j = -kSteps; j <= kSteps; ++j)
-          for (int i = -kSteps; i <= kSteps; ++i)
-            if (const auto z = depthAt(view, Vector2d(x + i * kJitter_px, y + j * kJitter_px))) {
-              nearest = std::min(nearest, *z);
-              farthest = std::max(farthest, *z);
-            }
-        return depth > nearest - kSame_m && depth < farthest + kSame_m;
-      };
-      const bool seen = images.seen(x, y);
-      const bool whole = images.mask.empty() ? seen : images.mask(x, y) != 0;
-      ++result.pixels;
-      result.visible += seen;
-      if (!images.mask.empty() &&
-          !agrees([&](const std::optional<double>& z) { return z.has_value() == whole; })) {
-        if (result.mask++ == 0) result.mask_x = x, result.mask_y = y;
-        continue;
-      }
-      if (images.depth_m.empty() || !whole) continue;
-      const double depth = static_cast<double>(images.depth_m(x, y));
-      if (seen && !agrees([&](const std::optional<double>& z) {
-            return z && (std::abs(depth - *z) < kSame_m || (depth == 0 && *z > kDeepest_m));
-          }) &&
-          !isBetween(depth)) {
-        if (result.depth++ == 0) {
-          result.depth_x = x, result.depth_y = y;
-          result.depth_off_m = depth - depthAt(view, Vector2d(x, y)).value_or(depth);
-        }
-      }
-      if (!seen && depth > 0 &&
-          !agrees([&](const std::optional<double>& z) { return !z || depth < *z + kSame_m; })) {
-        if (result.hidden++ == 0) result.hidden_x = x, result.hidden_y = y;
-      }
-    }
+    const View view{camera_, rays_, object, pose, pose.inverse()};
+    for (int x = box.x0; x <= box.x1; ++x) comparePixel(view, x, y, images, result);
   }
   return result;
 }

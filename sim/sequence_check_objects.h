@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "core/camera.h"
@@ -42,7 +41,8 @@ class ObjectComparison {
   };
   struct View;
   Box imageBox(int object, const SE3& T_camera_object) const;
-  std::optional<double> depthAt(const View& view, const Vector2d& u_px) const;
+  void comparePixel(const View& view, int x, int y, const ObjectImages& images,
+                    ObjectDifferences& result) const;
 
   Camera camera_;
   EmbreeRayQuery rays_;
