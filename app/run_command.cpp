@@ -16,6 +16,8 @@ namespace diorama {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr const char* kMetricsFile = "metrics.json";
+
 // What was expected, and whether it came; for the report.
 std::string verdictJson(const RunArguments& arguments, const Metrics& metrics) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
@@ -66,15 +68,17 @@ void checkExpectations(const RunArguments& arguments, const RunInput& input) {
   for (const std::string& expect : arguments.expects) Expectation(expect).check(metrics);
 }
 
-// A run that fails leaves its folder as it was before.
+// A run that fails leaves nothing: its folder was empty before.
 Metrics processOrUndo(const RunArguments& arguments, const RunInput& input,
                       const std::vector<int>& frames, Session& session) {
+  const fs::path folder = arguments.output;
   try {
-    return processFrames(arguments, input, frames, session);
+    const Metrics metrics = processFrames(arguments, input, frames, session);
+    writeFileAtomically(folder / kMetricsFile, toJson(metrics));
+    return metrics;
   } catch (...) {
     std::error_code ignored;
-    fs::remove(fs::path(arguments.output) / "run.yaml", ignored);
-    fs::remove(arguments.output, ignored);  // when nothing is in it
+    fs::remove_all(folder, ignored);
     throw;
   }
 }
@@ -100,17 +104,15 @@ int run(const RunArguments& arguments) {
   Session session(arguments, input, frames.front(), options);
 
   const fs::path folder = arguments.output;
-  const fs::path metrics_file = folder / "metrics.json";
-  OutputRequest request{folder, "run.yaml", "metrics.json",
+  OutputRequest request{folder, "run.yaml", kMetricsFile,
                         recipe(arguments, input, frames, options)};
   if (prepareOutput(request) == OutputState::kComplete) {
-    const Metrics metrics = metricsFromJson(metrics_file);
+    const Metrics metrics = metricsFromJson(folder / kMetricsFile);
     const bool judged_anew = !arguments.expects.empty();
     if (judged_anew || !fs::exists(folder / "report.html")) writeReport(arguments, metrics);
     return reportMetrics(arguments, metrics);
   }
   const Metrics metrics = processOrUndo(arguments, input, frames, session);
-  writeFileAtomically(metrics_file, toJson(metrics));
   writeReport(arguments, metrics);
   return reportMetrics(arguments, metrics);
 }

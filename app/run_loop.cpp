@@ -37,34 +37,31 @@ std::vector<Mesh> meshesOf(const std::vector<ObjectModel>& models) {
   return meshes;
 }
 
-std::string progressDetail(const RunRecorder& recorder, const FrameResult& result,
-                           const std::optional<GroundTruth>& truth) {
+std::string progressDetail(const FrameResult& result, const std::vector<JudgedObject>& judged) {
   std::string detail;
   for (size_t i = 0; i < result.objects.size(); ++i) {
-    if (const auto error = recorder.error_m(i))
-      detail += "  error " + formatFixed(1e3 * *error, 1) + " mm";
+    if (judged[i].error)
+      detail += "  error " + formatFixed(1e3 * judged[i].error->translation_m, 1) + " mm";
     if (result.objects[i].measurement && !result.objects[i].measurement->claimed)
       detail += " (lost)";
-    if (truth && i < truth->objects.size())
-      if (const auto visible = truth->objects[i].visibleFraction())
-        detail += "  visible " + formatFixed(100 * *visible, 0) + "%";
+    if (judged[i].visible_fraction)
+      detail += "  visible " + formatFixed(100 * *judged[i].visible_fraction, 0) + "%";
   }
   return std::string(trim(detail));
 }
 
-std::vector<OverlayObject> overlayObjects(const RunRecorder& recorder, const FrameResult& result,
-                                          const std::optional<GroundTruth>& truth) {
+std::vector<OverlayObject> overlayObjects(const FrameResult& result,
+                                          const std::vector<JudgedObject>& judged) {
   std::vector<OverlayObject> objects;
   for (size_t i = 0; i < result.objects.size(); ++i) {
     OverlayObject object;
     object.T_camera_object = result.objects[i].T_camera_object;
-    object.T_camera_object_true = recorder.truth(i);
+    object.T_camera_object_true = judged[i].truth;
+    object.visible_fraction = judged[i].visible_fraction;
     if (const auto& measurement = result.objects[i].measurement) {
       object.claimed = measurement->claimed;
       object.health = measurement->health;
     }
-    if (truth && i < truth->objects.size())
-      object.visible_fraction = truth->objects[i].visibleFraction();
     objects.push_back(object);
   }
   return objects;
@@ -84,6 +81,7 @@ class Output {
       : arguments_(arguments),
         frames_(frames),
         session_(session),
+        recorder_(session.method, session.models, arguments.output),
         progress_("tracking", static_cast<int>(frames.size())) {
     const Camera& camera = input.source->camera();
     if (!arguments.no_video)
@@ -94,23 +92,21 @@ class Output {
   // A result, and the frame that it belongs to.
   void add(const FrameResult& result, const Frame& frame, const std::optional<GroundTruth>& truth) {
     const int number = frames_[done_++];
-    RunRecorder& recorder = session_.recorder;
-    recorder.add(number, result.timestamp_ns, result, truth);
-    session_.journal.add(number, result.timestamp_ns, result, truth);
+    recorder_.add(number, result.timestamp_ns, result, truth);
     if (video_)
       video_->add(session_.painter.paint(frame,
                                          arguments_.method + "  frame " + std::to_string(number),
-                                         overlayObjects(recorder, result, truth)));
+                                         overlayObjects(result, recorder_.judged())));
     dropped_ += result.dropped ? 1 : 0;
-    progress_.update(static_cast<int>(done_), progressDetail(recorder, result, truth));
+    progress_.update(static_cast<int>(done_), progressDetail(result, recorder_.judged()));
   }
 
-  void write(const FinalEstimate& final) {
+  Metrics finish(const FinalEstimate& final) {
     const fs::path folder = arguments_.output;
-    session_.recorder.write(folder, final);
-    session_.journal.write(folder);
+    recorder_.finish(final);
     writeFileAtomically(folder / "command.txt", shellLine(repeatCommand(arguments_)) + "\n");
     if (video_) video_->finish();
+    return recorder_.metrics(final);
   }
 
   int dropped() const { return dropped_; }
@@ -119,6 +115,7 @@ class Output {
   const RunArguments& arguments_;
   const std::vector<int>& frames_;
   Session& session_;
+  RunRecorder recorder_;
   Progress progress_;
   std::optional<VideoWriter> video_;
   size_t done_ = 0;
@@ -190,8 +187,6 @@ Session::Session(const RunArguments& arguments, const RunInput& input, int first
             makeDetector(arguments, input, options, rays),
             mapperOptions(arguments, options),
             options.pipeline},
-      recorder(method, models),
-      journal(models),
       painter(input.source->camera(), models, rays) {}
 
 Metrics processFrames(const RunArguments& arguments, const RunInput& input,
@@ -200,9 +195,8 @@ Metrics processFrames(const RunArguments& arguments, const RunInput& input,
   Output output(arguments, input, frames, session);
   const auto run = arguments.realtime ? runInRealTime : runInLockStep;
   const Ended ended = run(input, frames, std::move(session.parts), output);
-  output.write(ended.final);
+  Metrics metrics = output.finish(ended.final);
   sayWhenLate(ended.late_s);
-  Metrics metrics = session.recorder.metrics(ended.final);
   metrics.scene = input.name;
   metrics.method = arguments.method;
   metrics.initial = arguments.initial;

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "app/overlay.h"
-#include "app/run_journal.h"
 #include "app/run_recorder.h"
 #include "app/run_setup.h"
 #include "eval/metrics.h"
@@ -22,8 +21,6 @@ struct Session {
   std::vector<ObjectModel> models;
   std::shared_ptr<const RayQuery> rays;
   PipelineParts parts;
-  RunRecorder recorder;
-  RunJournal journal;
   OverlayPainter painter;
 };
 

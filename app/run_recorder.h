@@ -3,12 +3,12 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/event_log.h"
+#include "app/growing_files.h"
 #include "app/pipeline_types.h"
 #include "core/ground_truth.h"
 #include "core/object_model.h"
@@ -17,44 +17,55 @@
 
 namespace diorama {
 
+// What is known of an object in a frame, and how good its reported pose is.
+struct JudgedObject {
+  std::optional<SE3> truth;        // T_camera_object
+  std::optional<PoseError> error;  // of what is reported
+  std::optional<double> visible_fraction;
+};
+
 class RunRecorder {
  public:
-  RunRecorder(Method method, std::vector<ObjectModel> objects);
+  // The folder must be there.
+  RunRecorder(Method method, std::vector<ObjectModel> objects, std::filesystem::path folder);
+  RunRecorder(const RunRecorder&) = delete;
+  RunRecorder& operator=(const RunRecorder&) = delete;
 
-  // One processed frame; `number` is its number in the scene or sequence.
+  // One processed frame; `number` is its number in the scene or sequence. Throws OutputError.
   void add(int number, int64_t timestamp_ns, const FrameResult& result,
            const std::optional<GroundTruth>& truth);
 
-  // True T_camera_object of an object in the newest frame, and its error there; nothing when not
-  // known.
-  std::optional<SE3> truth(size_t object) const;
-  std::optional<double> error_m(size_t object) const;
+  // The objects in the newest frame.
+  const std::vector<JudgedObject>& judged() const { return judged_; }
 
-  // Writes everything but metrics.json; throws OutputError.
-  void write(const std::filesystem::path& folder, const FinalEstimate& final) const;
+  // Completes everything but metrics.json; without it nothing is left. Throws OutputError.
+  void finish(const FinalEstimate& final);
 
   // Everything but what concerns the run as a whole (scene, seed, time, memory).
   Metrics metrics(const FinalEstimate& final) const;
 
  private:
+  void begin();
+  void judge(const FrameResult& result, const std::optional<GroundTruth>& truth);
   void addOdometry(const std::string& prefix, const FrameResult& result,
                    const std::optional<GroundTruth>& truth);
-  void addObject(size_t index, const std::string& prefix, const ObjectResult& result);
+  void addObject(size_t index, const std::string& prefix, int64_t timestamp_ns,
+                 const ObjectResult& result);
   CameraMetrics cameraMetrics() const;
 
   Method method_;
   std::vector<ObjectModel> models_;
-  Trajectory camera_online_, camera_truth_, odometry_world_;
-  std::vector<Trajectory> object_paths_;
-  std::vector<std::vector<ObjectFrame>> object_frames_;  // per object
-  std::optional<SE3> first_camera_truth_;                // of the first frame with an estimate
-  std::vector<std::optional<SE3>> last_truth_;           // T_world_object; some objects move
+  GrowingFiles files_;
+  Trajectory camera_online_, camera_truth_;
+  std::vector<ObjectEvaluation> evaluations_;  // per object
+  std::vector<JudgedObject> judged_;
+  std::optional<SE3> first_camera_truth_;       // of the first frame with an estimate
+  std::vector<std::optional<SE3>> last_truth_;  // T_world_object; some objects move
   std::vector<int> reinitialisations_;
-  std::vector<OdometryFrame> odometry_frames_;
+  std::vector<double> odometry_nees_;
   std::optional<int> start_frame_;  // number of the first frame with an estimate
   int frames_ = 0, frames_since_start_ = 0, healthy_frames_ = 0;
   double odometry_ms_ = 0, tracker_ms_ = 0, mapper_ms_ = 0;
-  std::string frames_csv_, measurements_csv_;
   EventLog events_;
 };
 

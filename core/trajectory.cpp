@@ -51,9 +51,12 @@ Trajectory readTum(const std::filesystem::path& file) {
 
 std::string toTum(const Trajectory& trajectory, const std::string& header) {
   std::string text = header;
-  for (const StampedPose& pose : trajectory.poses)
-    text += formatSeconds(pose.timestamp_ns) + " " + formatPose(pose.pose, ' ') + "\n";
+  for (const StampedPose& pose : trajectory.poses) text += toTum(pose);
   return text;
+}
+
+std::string toTum(const StampedPose& pose) {
+  return formatSeconds(pose.timestamp_ns) + " " + formatPose(pose.pose, ' ') + "\n";
 }
 
 }  // namespace diorama

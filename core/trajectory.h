@@ -30,5 +30,6 @@ Trajectory readTum(const std::filesystem::path& file);
 
 // Times with 6 decimals, poses so that reading them gives the same numbers.
 std::string toTum(const Trajectory& trajectory, const std::string& header = "");
+std::string toTum(const StampedPose& pose);  // one line
 
 }  // namespace diorama

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
-#include <vector>
 
-#include "eval/pose_errors.h"
 #include "eval/statistics.h"
 
 namespace diorama {
@@ -23,19 +21,6 @@ struct Bound {
 constexpr Bound k5cm5deg{0.05, 5 * kDegree};
 constexpr Bound k1cm1deg{0.01, 1 * kDegree};
 
-// Counts of a ratio; nothing over nothing is not known.
-struct Ratio {
-  int hits = 0, total = 0;
-  void add(bool hit) {
-    hits += hit;
-    ++total;
-  }
-  std::optional<double> value() const {
-    if (total == 0) return std::nullopt;
-    return static_cast<double>(hits) / total;
-  }
-};
-
 std::optional<double> mean(const std::vector<double>& values) {
   const std::optional<Statistics> statistics = summarise(values);
   if (!statistics) return std::nullopt;
@@ -48,100 +33,92 @@ double leverOf(const ObjectModel& model) {
   return std::max(0.5 * model.mesh.diameter(), 1e-6);
 }
 
-// What is gathered while going over the frames.
-class Gatherer {
- public:
-  explicit Gatherer(const ObjectModel& model)
-      : model_(model), lever_m_(leverOf(model)), distance_(model) {}
-
-  void add(const ObjectFrame& frame) {
-    reported_.add(frame.reported.has_value());
-    claimed_.add(frame.claimed);
-    if (!frame.truth) return;
-    addReported(frame);
-    if (frame.claimed && frame.raw) addClaimed(frame);
-  }
-
-  ObjectMetrics metrics() const {
-    ObjectMetrics m;
-    if (const auto translation = summarise(translations_)) {
-      m.mean_error_m = translation->mean;
-      m.std_error_m = translation->std;
-      m.median_error_m = translation->median;
-    }
-    m.mean_error_rad = mean(rotations_);
-    m.ratio_below_0_5_m = near_.value();
-    m.success_5cm_5deg = success_5_.value();
-    m.success_1cm_1deg = success_1_.value();
-    m.success_visible_5cm_5deg = visible_5_.value();
-    m.success_visible_1cm_1deg = visible_1_.value();
-    m.add_auc_10cm = mean(add_scores_);
-    m.reported_ratio = reported_.value();
-    m.claimed_ratio = claimed_.value();
-    m.false_claim_ratio = false_claims_.value();
-    m.tracker_nees = mean(nees_);
-    return m;
-  }
-
- private:
-  SE3 nearest(const SE3& estimate, const SE3& truth) const {
-    return nearestSymmetricPose(estimate, truth, model_.symmetries, lever_m_);
-  }
-
-  void addReported(const ObjectFrame& frame) {
-    std::optional<PoseError> error;
-    if (frame.reported && frame.reported->isFinite())
-      error = poseError(*frame.reported, nearest(*frame.reported, *frame.truth));
-    const bool near = error && error->translation_m < kFar_m;
-    near_.add(near);
-    if (near) {
-      translations_.push_back(error->translation_m);
-      rotations_.push_back(error->rotation_rad);
-    }
-    const bool within_5 = error && k5cm5deg.holds(*error),
-               within_1 = error && k1cm1deg.holds(*error);
-    success_5_.add(within_5);
-    success_1_.add(within_1);
-    if (frame.visible_fraction.value_or(0) >= kVisible) {
-      visible_5_.add(within_5);
-      visible_1_.add(within_1);
-    }
-    addDistance(frame, error.has_value());
-  }
-
-  // The area under the share of frames below a threshold, for thresholds from 0 to the limit,
-  // over the limit: each frame adds 1 - ADD / limit.
-  void addDistance(const ObjectFrame& frame, bool reported) {
-    if (model_.mesh.positions.empty()) return;
-    const double add = reported ? distance_(*frame.reported, *frame.truth).value() : kAucLimit_m;
-    add_scores_.push_back(std::max(0.0, 1 - add / kAucLimit_m));
-  }
-
-  void addClaimed(const ObjectFrame& frame) {
-    if (!frame.raw->isFinite()) {
-      false_claims_.add(true);
-      return;
-    }
-    const SE3 truth = nearest(*frame.raw, *frame.truth);
-    false_claims_.add(!k5cm5deg.holds(poseError(*frame.raw, truth)));
-    if (!frame.raw_covariance) return;
-    const std::optional<double> nees = normalisedError(*frame.raw, *frame.raw_covariance, truth);
-    if (nees) nees_.push_back(*nees);
-  }
-
-  const ObjectModel& model_;
-  double lever_m_;
-  ModelDistance distance_;
-  std::vector<double> translations_, rotations_, add_scores_, nees_;
-  Ratio reported_, claimed_, near_, success_5_, success_1_, visible_5_, visible_1_, false_claims_;
-};
-
 }  // namespace
 
-ObjectMetrics evaluateObject(std::span<const ObjectFrame> frames, const ObjectModel& model) {
-  Gatherer gatherer(model);
-  for (const ObjectFrame& frame : frames) gatherer.add(frame);
-  return gatherer.metrics();
+ObjectEvaluation::ObjectEvaluation(const ObjectModel& model)
+    : model_(model), lever_m_(leverOf(model)), distance_(model) {}
+
+void ObjectEvaluation::Ratio::add(bool hit) {
+  hits += hit;
+  ++total;
+}
+
+std::optional<double> ObjectEvaluation::Ratio::value() const {
+  if (total == 0) return std::nullopt;
+  return static_cast<double>(hits) / total;
+}
+
+void ObjectEvaluation::add(const ObjectFrame& frame) {
+  reported_.add(frame.reported.has_value());
+  claimed_.add(frame.claimed);
+  if (!frame.truth) return;
+  addReported(frame);
+  if (frame.claimed && frame.raw) addClaimed(frame);
+}
+
+ObjectMetrics ObjectEvaluation::metrics() const {
+  ObjectMetrics m;
+  if (const auto translation = summarise(translations_)) {
+    m.mean_error_m = translation->mean;
+    m.std_error_m = translation->std;
+    m.median_error_m = translation->median;
+  }
+  m.mean_error_rad = mean(rotations_);
+  m.ratio_below_0_5_m = near_.value();
+  m.success_5cm_5deg = success_5_.value();
+  m.success_1cm_1deg = success_1_.value();
+  m.success_visible_5cm_5deg = visible_5_.value();
+  m.success_visible_1cm_1deg = visible_1_.value();
+  m.add_auc_10cm = mean(add_scores_);
+  m.reported_ratio = reported_.value();
+  m.claimed_ratio = claimed_.value();
+  m.false_claim_ratio = false_claims_.value();
+  m.tracker_nees = mean(nees_);
+  return m;
+}
+
+SE3 ObjectEvaluation::nearest(const SE3& estimate, const SE3& truth) const {
+  return nearestSymmetricPose(estimate, truth, model_.symmetries, lever_m_);
+}
+
+void ObjectEvaluation::addReported(const ObjectFrame& frame) {
+  std::optional<PoseError> error;
+  if (frame.reported && frame.reported->isFinite())
+    error = poseError(*frame.reported, nearest(*frame.reported, *frame.truth));
+  const bool near = error && error->translation_m < kFar_m;
+  near_.add(near);
+  if (near) {
+    translations_.push_back(error->translation_m);
+    rotations_.push_back(error->rotation_rad);
+  }
+  const bool within_5 = error && k5cm5deg.holds(*error), within_1 = error && k1cm1deg.holds(*error);
+  success_5_.add(within_5);
+  success_1_.add(within_1);
+  if (frame.visible_fraction.value_or(0) >= kVisible) {
+    visible_5_.add(within_5);
+    visible_1_.add(within_1);
+  }
+  addDistance(frame, error.has_value());
+}
+
+// The area under the share of frames below a threshold, for thresholds from 0 to the limit,
+// over the limit: each frame adds 1 - ADD / limit.
+void ObjectEvaluation::addDistance(const ObjectFrame& frame, bool reported) {
+  if (model_.mesh.positions.empty()) return;
+  const double add = reported ? distance_(*frame.reported, *frame.truth).value() : kAucLimit_m;
+  add_scores_.push_back(std::max(0.0, 1 - add / kAucLimit_m));
+}
+
+void ObjectEvaluation::addClaimed(const ObjectFrame& frame) {
+  if (!frame.raw->isFinite()) {
+    false_claims_.add(true);
+    return;
+  }
+  const SE3 truth = nearest(*frame.raw, *frame.truth);
+  false_claims_.add(!k5cm5deg.holds(poseError(*frame.raw, truth)));
+  if (!frame.raw_covariance) return;
+  const std::optional<double> nees = normalisedError(*frame.raw, *frame.raw_covariance, truth);
+  if (nees) nees_.push_back(*nees);
 }
 
 void evaluateMap(const ObjectEstimate& estimate, const SE3& T_start_object,
@@ -152,16 +129,6 @@ void evaluateMap(const ObjectEstimate& estimate, const SE3& T_start_object,
   metrics.map_error_m = error.translation_m;
   metrics.map_error_rad = error.rotation_rad;
   metrics.map_nees = normalisedError(estimate.T_world_object, estimate.covariance, truth);
-}
-
-std::optional<double> odometryNees(std::span<const OdometryFrame> frames) {
-  std::vector<double> values;
-  for (const OdometryFrame& frame : frames) {
-    const std::optional<double> nees =
-        normalisedError(frame.estimate, frame.covariance, frame.truth);
-    if (nees) values.push_back(*nees);
-  }
-  return mean(values);
 }
 
 }  // namespace diorama

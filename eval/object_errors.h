@@ -2,11 +2,12 @@
 #pragma once
 
 #include <optional>
-#include <span>
+#include <vector>
 
 #include "core/map_estimate.h"
 #include "core/object_model.h"
 #include "eval/metrics.h"
+#include "eval/pose_errors.h"
 
 namespace diorama {
 
@@ -23,20 +24,38 @@ struct ObjectFrame {
   std::optional<double> visible_fraction;
 };
 
-// Everything that follows from the frames: all but `reinitialisations` and `map_*`. The span must
-// hold every frame of the sequence, reported or not.
-ObjectMetrics evaluateObject(std::span<const ObjectFrame> frames, const ObjectModel& model);
+// Gathers what follows from the frames of a sequence: all but `reinitialisations` and `map_*`.
+// Every frame must be added, reported or not; what is kept of one is a few numbers. The model must
+// outlive it.
+class ObjectEvaluation {
+ public:
+  explicit ObjectEvaluation(const ObjectModel& model);
+
+  void add(const ObjectFrame& frame);
+  ObjectMetrics metrics() const;
+
+ private:
+  // Counts of a ratio; nothing over nothing is not known.
+  struct Ratio {
+    int hits = 0, total = 0;
+    void add(bool hit);
+    std::optional<double> value() const;
+  };
+
+  SE3 nearest(const SE3& estimate, const SE3& truth) const;
+  void addReported(const ObjectFrame& frame);
+  void addDistance(const ObjectFrame& frame, bool reported);
+  void addClaimed(const ObjectFrame& frame);
+
+  const ObjectModel& model_;
+  double lever_m_;
+  ModelDistance distance_;
+  std::vector<double> translations_, rotations_, add_scores_, nees_;
+  Ratio reported_, claimed_, near_, success_5_, success_1_, visible_5_, visible_1_, false_claims_;
+};
 
 // Sets map_error_m, map_error_rad and map_nees: the final map against T_camera(start)_object.
 void evaluateMap(const ObjectEstimate& estimate, const SE3& T_start_object,
                  const Symmetries& symmetries, ObjectMetrics& metrics);
-
-// Mean normalised error of an odometry: T_from_to estimated, its covariance, and the true motion.
-struct OdometryFrame {
-  SE3 estimate;
-  Matrix6d covariance = Matrix6d::Identity();
-  SE3 truth;
-};
-std::optional<double> odometryNees(std::span<const OdometryFrame> frames);
 
 }  // namespace diorama
