@@ -13,8 +13,10 @@ CameraStep CameraStage::track(const Frame& frame) {
   step.timestamp_ns = now_ns_ = frame.timestamp_ns;
   step.measurement = odometry_->track(frame);
   step.guess = guessedStep(step.measurement);
-  if (step.measurement)
+  if (step.measurement) {
     T_world_camera_ = poseAt(step.measurement->from_ns) * step.measurement->T_from_to;
+    if (step.measurement->health > 0) since_measured_.clear();
+  }
   step.T_world_camera = T_world_camera_;
   step.started = odometry_->started();
   step.explained = !odometry_->events().empty();
@@ -25,14 +27,14 @@ CameraStep CameraStage::track(const Frame& frame) {
 
 // The newest pose when there is none at that time.
 SE3 CameraStage::poseAt(int64_t timestamp_ns) const {
-  for (auto pose = path_.poses.rbegin(); pose != path_.poses.rend(); ++pose)
-    if (pose->timestamp_ns == timestamp_ns) return pose->pose;
+  for (const StampedPose& pose : since_measured_)
+    if (pose.timestamp_ns == timestamp_ns) return pose.pose;
   return T_world_camera_;
 }
 
 SE3 CameraStage::guessedStep(const std::optional<OdometryMeasurement>& measurement) const {
-  const bool from_last = measurement && !path_.poses.empty() &&
-                         measurement->from_ns == path_.poses.back().timestamp_ns;
+  const bool from_last = measurement && !since_measured_.empty() &&
+                         measurement->from_ns == since_measured_.back().timestamp_ns;
   return from_last ? measurement->T_from_to : SE3{};
 }
 
@@ -47,7 +49,7 @@ CameraUpdate CameraStage::update(const SeenObjects& seen) {
   update.events = odometry_->events();
   for (const std::string& object : objects_)
     update.T_camera_object.push_back(odometry_->locate(object));
-  if (update.started) path_.poses.push_back({now_ns_, T_world_camera_});
+  if (update.started) since_measured_.push_back({now_ns_, T_world_camera_});
   update.ms = watch.ms();
   return update;
 }

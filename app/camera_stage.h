@@ -55,7 +55,8 @@ class CameraStage {
   std::vector<std::string> objects_;
   int64_t now_ns_ = 0;
   SE3 T_world_camera_;
-  Trajectory path_;
+  // From the last frame whose motion was measured on: what a motion can begin at.
+  std::vector<StampedPose> since_measured_;
 };
 
 }  // namespace diorama

@@ -42,11 +42,18 @@ void MapStage::receive(CameraStep step) {
   result.odometry_ms += step.ms;
   T_world_camera_ = step.T_world_camera;
   wants_objects_ = step.wants_objects;
-  if (step.started) path_.poses.push_back({step.timestamp_ns, step.T_world_camera});
+  if (step.started) follow({step.timestamp_ns, step.T_world_camera});
   if (method_ == Method::kFused) moveMap(step, result);
   frame.by_map = mapper_.started();
   newest_ns_ = step.timestamp_ns;
   result.odometry = std::move(step.measurement);
+}
+
+void MapStage::follow(const StampedPose& camera) {
+  std::vector<StampedPose>& poses = path_.poses;
+  if (!poses.empty() && poses.back().timestamp_ns >= camera.timestamp_ns) return;
+  if (mapper_.started()) poses.clear();  // it knows the older ones better
+  poses.push_back(camera);
 }
 
 void MapStage::moveMap(const CameraStep& step, FrameResult& result) {
@@ -69,8 +76,7 @@ void MapStage::receive(CameraUpdate update) {
     counters_[i].T_camera_object = update.T_camera_object[i];
   if (update.started) {
     frame.result.T_world_camera = update.T_world_camera;
-    if (path_.poses.empty() || path_.poses.back().timestamp_ns < update.timestamp_ns)
-      path_.poses.push_back({update.timestamp_ns, update.T_world_camera});
+    follow({update.timestamp_ns, update.T_world_camera});
   }
   frame.result.odometry_ms += update.ms;
   if (!first_ns_) first_ns_ = update.timestamp_ns;

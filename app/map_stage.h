@@ -77,6 +77,7 @@ class MapStage {
   bool startMap(int64_t timestamp_ns, bool odometry_started);
   void settle(OpenFrame& frame);
   void apply(OpenFrame& frame, const Sighting& sighting);
+  void follow(const StampedPose& camera);
   void addToMap(OpenFrame& frame, size_t object, const ObjectMeasurement& measurement);
   void place(const StampedPose& start, Counter& counter) const;
   void noteHeard(OpenFrame& frame, size_t object);
@@ -91,7 +92,7 @@ class MapStage {
   Mapper mapper_;
   std::deque<OpenFrame> open_;
   CameraMotion motion_;
-  Trajectory path_;     // by odometry alone
+  Trajectory path_;     // by odometry alone; beside a map its newest pose
   SE3 T_world_camera_;  // its newest pose
   int64_t newest_ns_ = 0;
   bool wants_objects_ = false;

@@ -174,7 +174,7 @@ Graph graphOf(const Orbit& orbit, int poses) {
   Graph graph;
   graph.objects.resize(kObjects);
   for (int k = 0; k < poses; ++k) {
-    PoseNode pose{Orbit::time(k), SE3{}, {}};
+    PoseNode pose{SE3{}, Orbit::time(k), {}};
     if (k > 0) {
       graph.odometry.push_back(*makeOdometryFactor(orbit.odometry(k), 1).factor);
       pose.T_world_camera = graph.poses.back().T_world_camera * graph.odometry.back().Z;

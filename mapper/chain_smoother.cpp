@@ -21,7 +21,7 @@ ChainSmoother::ChainSmoother(const SmootherOptions& options, const RobustKernel&
 
 void ChainSmoother::start(int64_t timestamp_ns) {
   *this = ChainSmoother(options_, graph_.object_kernel, graph_.odometry_kernel);
-  graph_.poses.push_back({timestamp_ns, SE3{}, {}});
+  graph_.poses.push_back({SE3{}, timestamp_ns, {}});
   pose_deltas_.push_back(Vector6d::Zero());
   saveRoot(0);
 }
@@ -30,7 +30,7 @@ void ChainSmoother::addPose(int64_t timestamp_ns, const OdometryFactor& odometry
   const size_t from = newest();
   if (odometry.scale) awaken(*odometry.scale);
   const SE3 Z = odometry.scale ? scaled(odometry.Z, logScale(*odometry.scale)) : odometry.Z;
-  graph_.poses.push_back({timestamp_ns, T_world_camera(from) * Z, {}});
+  graph_.poses.push_back({T_world_camera(from) * Z, timestamp_ns, {}});
   pose_deltas_.push_back(Vector6d::Zero());
   graph_.odometry.push_back(odometry);
   const ChartStep step = odometryPair(from);
@@ -55,7 +55,7 @@ size_t ChainSmoother::addScale(double sigma) {
   const size_t scale = addObject("", {});
   Vector6d weights = Vector6d::Constant(1 / kOfNoAccount);
   weights[0] = 1 / sigma;
-  addObservation(newest(), {scale, SE3{}, weights.asDiagonal(), true});
+  addObservation(newest(), {scale, SE3{}, Whitening(weights.asDiagonal()), true});
   return scale;
 }
 
@@ -97,8 +97,9 @@ size_t ChainSmoother::removeObservations(size_t object, size_t from_pose) {
 std::optional<double> ChainSmoother::innovation(size_t pose, const ObjectFactor& factor) {
   awaken(factor.object);
   // Not weighed by the kernel: the gate sees the whole residual.
-  const LinearisedPair white = whitened(
-      linearise(factor.Z, T_world_camera(pose), T_world_object(factor.object)), factor.W, {});
+  const LinearisedPair white =
+      whitened(linearise(factor.Z, T_world_camera(pose), T_world_object(factor.object)),
+               factor.W.matrix(), {});
   ChartPair pair = inCharts(white, pose_deltas_[pose], objects_[factor.object].delta);
   if (pose == 0) pair.J_a.setZero();
   if (pose == newest()) {

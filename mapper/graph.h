@@ -12,8 +12,8 @@
 namespace diorama {
 
 struct PoseNode {
-  int64_t timestamp_ns = 0;
   SE3 T_world_camera;
+  int64_t timestamp_ns = 0;
   std::vector<ObjectFactor> objects;  // seen from here
 };
 

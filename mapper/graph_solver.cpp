@@ -150,9 +150,9 @@ std::optional<Eigen::MatrixXd> jointCovariance(const Graph& graph,
 
 double cost(const Graph& graph) {
   double sum = 0;
-  const auto add = [&](const SE3& Z, const Matrix6d& W, const RobustKernel& kernel, const SE3& a,
+  const auto add = [&](const SE3& Z, const Whitening& W, const RobustKernel& kernel, const SE3& a,
                        const SE3& b) {
-    sum += 0.5 * kernel((W * log(Z.inverse() * (a.inverse() * b))).squaredNorm()).rho;
+    sum += 0.5 * kernel((W.matrix() * log(Z.inverse() * (a.inverse() * b))).squaredNorm()).rho;
   };
   for (size_t k = 0; k < graph.poses.size(); ++k) {
     const PoseNode& pose = graph.poses[k];

@@ -11,7 +11,7 @@ namespace {
 
 // Z Exp(e) S = (Z S) Exp(Ad(S^-1) e), so that W e = W Ad(S) e'.
 ObjectFactor turned(const ObjectFactor& factor, const SE3& S) {
-  return {factor.object, factor.Z * S, factor.W * adjoint(S)};
+  return {factor.object, factor.Z * S, Whitening(factor.W.matrix() * adjoint(S))};
 }
 
 // The same without the correlation of camera and object, at which an object that was eliminated is

@@ -212,7 +212,8 @@ class Mapper::Impl {
   void openGap() {
     gap_ = Gap{newest_ns(), newest_ns(), smoother_.addObject("", T_world_camera())};
     constexpr double kSameSigma = 1e-4;  // m, rad: finer than any odometry
-    smoother_.addObservation(newest(), {gap_->anchor, SE3{}, Matrix6d::Identity() / kSameSigma});
+    smoother_.addObservation(newest(),
+                             {gap_->anchor, SE3{}, Whitening(Matrix6d::Identity() / kSameSigma)});
   }
 
   void addGapPose(int64_t timestamp_ns, const SE3& T_from_to) {
@@ -234,7 +235,8 @@ class Mapper::Impl {
     addGapPose(timestamp_ns,
                T_world_camera().inverse() * smoother_.T_world_object(gap_->anchor) * Z);
     const SE3 T_to_from = Z.inverse();
-    smoother_.addObservation(newest(), {gap_->anchor, T_to_from, -measured.W * adjoint(T_to_from)});
+    const Whitening W(-measured.W.matrix() * adjoint(T_to_from));
+    smoother_.addObservation(newest(), {gap_->anchor, T_to_from, W});
   }
 
   // Who moves keeps moving: what is not known of the way grows with the time since the camera was

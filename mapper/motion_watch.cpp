@@ -71,8 +71,8 @@ void MotionWatch::addSight(const ObjectMeasurement& measurement) {
   Sight sight{*camera, measurement, {}};
   if (!sights.empty()) {
     const SE3 expected = camera->T_world_camera.inverse() * sights.back().T_world_object;
-    const ObjectFactor nearest = nearestBySymmetry(
-        {0, measurement.T_camera_object, Matrix6d::Identity()}, expected, object.symmetries);
+    const ObjectFactor nearest =
+        nearestBySymmetry({0, measurement.T_camera_object, {}}, expected, object.symmetries);
     sight.measurement.T_camera_object = nearest.Z;
   }
   sight.T_world_object = camera->T_world_camera * sight.measurement.T_camera_object;

@@ -13,9 +13,9 @@
 namespace diorama {
 
 struct ObjectFactor {
-  size_t object = 0;   // position in the graph's list
-  SE3 Z;               // measured T_camera_object
-  Matrix6d W;          // whitens the residual
+  size_t object = 0;  // position in the graph's list
+  SE3 Z;              // measured T_camera_object
+  Whitening W;
   bool prior = false;  // Z is T_world_object; it enters the graph with the pose that it belongs to
 };
 

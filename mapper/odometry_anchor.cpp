@@ -26,7 +26,7 @@ void OdometryAnchor::addStep(ChainSmoother& smoother, const OdometryMeasurement&
   Matrix6d Q = steps * steps * sigma_scale_ * sigma_scale_ * step.covariance;
   const Vector3d along = T_anchor_camera.rotation.conjugate() * T_anchor_camera.translation;
   Q.topLeftCorner<3, 3>() += observations_ * scale.sigma * scale.sigma * along * along.transpose();
-  const std::optional<Matrix6d> W = whitening(J * Q * J.transpose());
+  const std::optional<Whitening> W = whitening(J * Q * J.transpose());
   if (!W) return release(smoother);
   if (!object_) object_ = smoother.addObject("", smoother.T_world_camera(pose));
   T_anchor_camera_ = T_anchor_camera;

@@ -11,7 +11,7 @@ namespace diorama {
 OdometryFactorResult makeOdometryFactor(const OdometryMeasurement& m, double sigma_scale) {
   if (!(m.health > 0)) return {std::nullopt, "no measurement (health 0)"};
   if (!isUnitPose(m.T_from_to)) return {std::nullopt, "the pose is not finite, or no rotation"};
-  const std::optional<Matrix6d> W = whitening(sigma_scale * sigma_scale * m.covariance);
+  const std::optional<Whitening> W = whitening(sigma_scale * sigma_scale * m.covariance);
   if (!W) return {std::nullopt, "the covariance is not finite or not positive definite"};
   return {OdometryFactor{m.T_from_to, *W}, ""};
 }
@@ -20,7 +20,7 @@ OdometryFactor makeGapFactor(double seconds, double sigma_m_s, double sigma_rad_
   Vector6d w;
   w << Vector3d::Constant(1 / (sigma_m_s * seconds)),
       Vector3d::Constant(1 / (sigma_rad_s * seconds));
-  return {SE3{}, w.asDiagonal()};
+  return {SE3{}, Whitening(w.asDiagonal())};
 }
 
 SE3 scaled(const SE3& Z, double s) { return {Z.rotation, std::exp(s) * Z.translation}; }
@@ -33,8 +33,8 @@ LinearisedStep linearise(const OdometryFactor& factor, const RobustKernel& kerne
   Vector6d longer = Vector6d::Zero();
   longer.head<3>() = Z.rotation.conjugate() * Z.translation;
   const Vector6d J_scale = -rightJacobianInverse(-pair.r) * longer;
-  const double weight = rootWeight(pair.r, factor.W, kernel);
-  return {whitened(pair, factor.W, kernel), weight * (factor.W * J_scale)};
+  const Matrix6d W = factor.W.matrix();
+  return {whitened(pair, W, kernel), rootWeight(pair.r, W, kernel) * (W * J_scale)};
 }
 
 namespace {
@@ -66,7 +66,7 @@ class ScaledStepCost final : public ceres::SizedCostFunction<6, 7, 7, 7> {
 
 std::unique_ptr<ceres::CostFunction> makeCost(const OdometryFactor& factor) {
   if (factor.scale) return std::make_unique<ScaledStepCost>(factor);
-  return makeRelativePoseCost(factor.Z, factor.W);
+  return makeRelativePoseCost(factor.Z, factor.W.matrix());
 }
 
 }  // namespace diorama

@@ -13,8 +13,8 @@
 namespace diorama {
 
 struct OdometryFactor {
-  SE3 Z;                             // measured T_from_to
-  Matrix6d W;                        // whitens the residual
+  SE3 Z;  // measured T_from_to
+  Whitening W;
   std::optional<size_t> scale = {};  // whose s; a variable among the graph's objects (graph.h)
 };
 

@@ -3,6 +3,7 @@
 #include <ceres/sized_cost_function.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <cmath>
 
 #include "mapper/se3_manifold.h"
@@ -33,6 +34,24 @@ class RelativePoseCost final : public ceres::SizedCostFunction<6, 7, 7> {
 
 }  // namespace
 
+Whitening::Whitening(const Matrix6d& W) {
+  const Eigen::HouseholderQR<Matrix6d> qr(W);
+  size_t k = 0;
+  for (int i = 0; i < 6; ++i)
+    for (int j = i; j < 6; ++j) {
+      const double sign = qr.matrixQR()(i, i) < 0 ? -1 : 1;
+      rows_[k++] = static_cast<float>(sign * qr.matrixQR()(i, j));
+    }
+}
+
+Matrix6d Whitening::matrix() const {
+  Matrix6d W = Matrix6d::Zero();
+  size_t k = 0;
+  for (int i = 0; i < 6; ++i)
+    for (int j = i; j < 6; ++j) W(i, j) = rows_[k++];
+  return W;
+}
+
 LinearisedPair linearise(const SE3& Z, const SE3& T_world_a, const SE3& T_world_b) {
   const SE3 T_a_b = T_world_a.inverse() * T_world_b;
   const Vector6d r = log(Z.inverse() * T_a_b);
@@ -55,7 +74,7 @@ bool isUnitPose(const SE3& pose) {
          std::abs(pose.rotation.norm() - 1) < 1e-6;
 }
 
-std::optional<Matrix6d> whitening(const Matrix6d& covariance) {
+std::optional<Whitening> whitening(const Matrix6d& covariance) {
   if (!covariance.allFinite() || covariance.cwiseAbs().maxCoeff() > 1e12) return std::nullopt;
   const double asymmetry = (covariance - covariance.transpose()).cwiseAbs().maxCoeff();
   if (asymmetry > 1e-9 * covariance.cwiseAbs().maxCoeff()) return std::nullopt;
@@ -63,7 +82,7 @@ std::optional<Matrix6d> whitening(const Matrix6d& covariance) {
   const Matrix6d floored = covariance + 1e-12 * Matrix6d::Identity();
   const Eigen::LLT<Matrix6d> llt(floored);
   if (llt.info() != Eigen::Success) return std::nullopt;
-  return llt.matrixL().solve(Matrix6d::Identity());
+  return Whitening(llt.matrixL().solve(Matrix6d::Identity()));
 }
 
 std::unique_ptr<ceres::CostFunction> makeRelativePoseCost(const SE3& Z, const Matrix6d& W) {

@@ -1,6 +1,7 @@
 // The residual of a measured pose of one frame in another, which odometry and object factors share.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 
@@ -12,6 +13,19 @@ class CostFunction;
 }
 
 namespace diorama {
+
+// W of a whitened residual W r, W^T W = covariance^-1. What counts is its length, so that W is kept
+// as an upper triangle, and in single precision: a long graph has several of them per pose.
+class Whitening {
+ public:
+  Whitening() : Whitening(Matrix6d::Identity()) {}
+  explicit Whitening(const Matrix6d& W);  // any root, triangular or not
+
+  Matrix6d matrix() const;
+
+ private:
+  std::array<float, 21> rows_;
+};
 
 // A residual with its derivatives by right perturbations of both poses.
 struct LinearisedPair {
@@ -32,10 +46,10 @@ double rootWeight(const Vector6d& r, const Matrix6d& W, const RobustKernel& kern
 // Finite, of sane size, and with a unit quaternion.
 bool isUnitPose(const SE3& pose);
 
-// W with W^T W = covariance^-1, so that W * r is white. Nothing when the covariance is not finite,
-// not symmetric, not positive definite, or beyond 1e12. Standard deviations below 1e-6 (m, rad)
-// count as 1e-6: no sensor is better, and the graph's arithmetic is not either.
-std::optional<Matrix6d> whitening(const Matrix6d& covariance);
+// Nothing when the covariance is not finite, not symmetric, not positive definite, or beyond 1e12.
+// Standard deviations below 1e-6 (m, rad) count as 1e-6: no sensor is better, and the graph's
+// arithmetic is not either.
+std::optional<Whitening> whitening(const Matrix6d& covariance);
 
 // The factor W * r between two SE(3) blocks.
 std::unique_ptr<ceres::CostFunction> makeRelativePoseCost(const SE3& Z, const Matrix6d& W);

@@ -52,6 +52,7 @@ def measure(report, work, sequence):
     thousands = [statistics.median(ms[k:k + 1000]) for k in range(1000, frames, 1000)]
     report.limit("20,000 frames: time of a frame, change per 1,000, %", abs(100 * slope(thousands)), "<=", 1)
     tracked = memory_mb[len(memory_mb) // 20:-len(memory_mb) // 10]  # before the batch solution at the end
-    per_frame = (tracked[-1] - tracked[0]) / len(tracked) * len(memory_mb) / frames
+    per_thousand = 1000 * (tracked[-1] - tracked[0]) / len(tracked) * len(memory_mb) / frames
     report.note("20,000 frames: memory, MB, after 1,000 and before the end; kB per frame",
-                f"{tracked[0]:.0f}, {tracked[-1]:.0f}; {1024 * per_frame:.1f}")
+                f"{tracked[0]:.0f}, {tracked[-1]:.0f}; {1.024 * per_thousand:.1f}")
+    report.limit("20,000 frames: memory, growth per 1,000, %", 100 * per_thousand / tracked[0], "<=", 1)

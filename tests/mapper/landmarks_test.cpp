@@ -66,10 +66,8 @@ class OneObject {
   OneObject() { smoother_.start(0); }
 
   AddResult see(const SE3& T_camera_object) {
-    if (frame_++ > 0)
-      smoother_.addPose(frame_, {SE3{}, Vector6d(Vector6d::Constant(1e4)).asDiagonal()});
-    const ObjectFactor factor{0, T_camera_object,
-                              Vector6d(Vector6d::Constant(1 / kSigma)).asDiagonal()};
+    if (frame_++ > 0) smoother_.addPose(frame_, {SE3{}, Whitening(1e4 * Matrix6d::Identity())});
+    const ObjectFactor factor{0, T_camera_object, Whitening(Matrix6d::Identity() / kSigma)};
     const AddResult result = landmarks_.add(smoother_, smoother_.poseCount() - 1, "object", factor);
     smoother_.update();
     return result;
@@ -130,18 +128,18 @@ TEST(Symmetry, TurnsAMeasurementToTheNearestPose) {
   for (int i = 0; i < 20; ++i) {
     const SE3 expected = numbers.pose(1);
     const SE3 turn{expSO3(numbers.uniform(-3, 3) * axis), Vector3d::Zero()};
-    ObjectFactor factor{0, expected * turn, Matrix6d::Identity()};
+    ObjectFactor factor{0, expected * turn, {}};
     EXPECT_THAT(nearestBySymmetry(factor, expected, {{}, axis}).Z, PoseNear(expected, 1e-9, 1e-9));
     factor.Z = expected * flip();
     EXPECT_THAT(nearestBySymmetry(factor, expected, {{flip()}, {}}).Z,
                 PoseNear(expected, 1e-9, 1e-9));
     // Whitened residuals keep their size.
-    factor.W = Vector6d(Vector6d::Random().cwiseAbs() + Vector6d::Ones()).asDiagonal();
+    factor.W = Whitening(Vector6d(Vector6d::Random().cwiseAbs() + Vector6d::Ones()).asDiagonal());
     const ObjectFactor other = nearestBySymmetry(factor, expected, {{flip()}, {}});
     const Vector6d xi = 0.1 * numbers.normal6();
     const SE3 seen = factor.Z * exp(xi);
-    EXPECT_NEAR((factor.W * log(factor.Z.inverse() * seen)).norm(),
-                (other.W * log(other.Z.inverse() * (seen * flip()))).norm(), 1e-9);
+    EXPECT_NEAR((factor.W.matrix() * log(factor.Z.inverse() * seen)).norm(),
+                (other.W.matrix() * log(other.Z.inverse() * (seen * flip()))).norm(), 1e-9);
   }
 }
 

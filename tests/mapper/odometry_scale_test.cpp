@@ -109,7 +109,7 @@ class OdometryScaleVariable : public ::testing::Test {
   std::optional<size_t> step(const std::string& source, bool elsewhere, bool anew = false) {
     const std::optional<size_t> variable = scale.next(smoother, source, elsewhere, anew);
     OdometryFactor factor{{Eigen::Quaterniond::Identity(), {0.01, 0, 0}},
-                          1e4 * Matrix6d::Identity()};
+                          Whitening(1e4 * Matrix6d::Identity())};
     factor.scale = variable;
     smoother.addPose(++k_, factor);
     smoother.update();
