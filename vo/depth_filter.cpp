@@ -180,7 +180,7 @@ bool DepthFilter::updateOne(const Camera& camera, const TrackedFrame& frame, boo
   placePoint(seed);
   if (seed.a / (seed.a + seed.b) < kWorstInlierShare) return false;
   if (!held || std::sqrt(seed.variance) > options_.seed_converged * seed.mean) return true;
-  seed.point->settled = true;
+  settle(frame, *seed.point);
   return false;
 }
 

@@ -21,7 +21,7 @@ Keyframe& Map::addKeyframe(const TrackedFrame& frame) {
   keyframe->tracked = frame.features.size();
   for (const Feature& feature : keyframe->features) {
     feature.point->observations.push_back({feature, keyframe.get()});
-    feature.point->settled = true;
+    settle(frame, *feature.point);
   }
   keyframes.push_back(std::move(keyframe));
   return *keyframes.back();
@@ -85,6 +85,24 @@ void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed
     ++feature.point->agreed;
     feature.point->failed = 0;
   }
+}
+
+void settle(const TrackedFrame& frame, MapPoint& point) {
+  if (!point.settled) point.scale_variance = frame.scale_variance;
+  point.settled = true;
+}
+
+double scaleVariance(const TrackedFrame& frame) {
+  double common = 0, own = 0, count = 0;
+  for (const Feature& feature : frame.features) {
+    const MapPoint& point = *feature.point;
+    if (!point.settled) continue;
+    common += point.scale_variance;
+    own +=
+        point.covariance.trace() / (point.p_world - frame.T_world_camera.translation).squaredNorm();
+    ++count;
+  }
+  return count > 0 ? common / count + own / (count * count) : 0;
 }
 
 int settledFeatures(const TrackedFrame& frame) {

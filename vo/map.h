@@ -47,9 +47,11 @@ struct MapPoint {
   Vector3d assumed_p_world = Vector3d::Zero();
   Matrix3d assumed_information = Matrix3d::Zero();
   std::vector<Observation> observations;  // the first is the host: its patch is the reference
-  int agreed = 0;                         // frames in which it agreed with the pose
-  int failed = 0;                         // frames in a row in which it did not
-  bool bad = false;                       // to be removed
+  // Of the lengths around it when it was settled, relative to those of the start.
+  double scale_variance = 0;
+  int agreed = 0;    // frames in which it agreed with the pose
+  int failed = 0;    // frames in a row in which it did not
+  bool bad = false;  // to be removed
   bool settled =
       true;  // false: a corner whose depth the filter still looks for; only its host saw it
   bool edgelet = false;  // on an edge, and found across it only
@@ -74,7 +76,8 @@ struct TrackedFrame {
   double exposure_share = 0;  // the shutter is open for so much of the time between frames
   SE3 T_world_camera;
   std::vector<Feature> features;
-  bool covered = false;  // much of the map that should be seen is not
+  double scale_variance = 0;  // of the lengths of what it sees, relative to those of the start
+  bool covered = false;       // much of the map that should be seen is not
   HiddenRegions hidden;
   MovingObjects moving;
   // Whether something new may begin here.
@@ -136,6 +139,13 @@ class Map {
 // Counts for each point whether it agreed with an accepted pose: the frame's features did, `failed`
 // were not found or disagreed. Points that fail often and were seen by few keyframes become bad.
 void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed);
+
+// Its depth counts as measured from here on, in this frame's lengths.
+void settle(const TrackedFrame& frame, MapPoint& point);
+
+// Of the lengths of what a frame sees, relative to those of the start: what was vague when its
+// points were settled they have in common; their own depths are vague one by one.
+double scaleVariance(const TrackedFrame& frame);
 
 int settledFeatures(const TrackedFrame& frame);
 std::vector<Vector3d> settledPoints(const Map& map);

@@ -1,5 +1,7 @@
 #include "vo/motion_report.h"
 
+#include <cmath>
+
 #include "vo/tracking_quality.h"
 
 namespace diorama::vo {
@@ -20,6 +22,9 @@ OdometryMeasurement MotionReport::step(const TrackedFrame& last, const TrackedFr
       adjoint(now.T_world_camera.inverse() * last.T_world_camera) * correction_;
   m.covariance += correction * correction.transpose();
   m.covariance += vague_scale_.add(m.T_from_to, scale_sigma);
+  const double ground_sigma = std::sqrt(now.scale_variance);
+  if (ground_sigma < options_.scale_sigma) vague_ground_.begin();  // it is known well enough
+  m.covariance += vague_ground_.add(m.T_from_to, ground_sigma);
   m.health = 1;
   correction_.setZero();
   T_world_reported_ = T_world_now_ = now.T_world_camera;

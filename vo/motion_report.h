@@ -20,7 +20,7 @@ class MotionReport {
   // In a new map.
   void begin(int64_t timestamp_ns, const SE3& T_world_camera);
   // From the last frame with a pose; `hessian` is that of the pose, `scale_sigma` the relative one
-  // of all lengths. Of full health.
+  // of all lengths, beside which those of what the frame sees may be vague. Of full health.
   OdometryMeasurement step(const TrackedFrame& last, const TrackedFrame& now,
                            const Matrix6d& hessian, double scale_sigma);
   // The camera is taken to go on as it did. Of no health.
@@ -39,7 +39,8 @@ class MotionReport {
   SE3 T_world_now_;
   SE3 T_world_reported_;                    // as it was, before the map was corrected
   Vector6d correction_ = Vector6d::Zero();  // of the reported pose since, right tangent
-  VagueScale vague_scale_;
+  VagueScale vague_scale_;                  // of all lengths
+  VagueScale vague_ground_;                 // of those of ground that is new
   int64_t previous_ns_ = 0;
 };
 
