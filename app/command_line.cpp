@@ -44,22 +44,37 @@ int report(const Error& error) {
   return error.code();
 }
 
+std::string unknown(const std::string& kind, const std::string& name,
+                    const std::vector<std::string>& possible) {
+  const std::string near = nearestName(name, possible);
+  return "unknown " + kind + " `" + name + "`" +
+         (near.empty() ? "" : "; did you mean `" + near + "`?");
+}
+
 // What was not understood, and whose help says more.
 std::string complaint(const CLI::App& app, const std::string& what, int argc,
                       const char* const* argv) {
   const std::vector<const CLI::App*> parsed = app.get_subcommands({});
   const auto command =
       std::find_if(parsed.begin(), parsed.end(), [](const CLI::App* sub) { return sub->parsed(); });
-  if (command != parsed.end()) return what + "; see diorama " + (*command)->get_name() + " --help";
-  std::string line = what;
-  if (argc > 1 && argv[1][0] != '-') {
+  std::string line = what, place = "diorama";
+  if (command != parsed.end()) {
+    std::vector<std::string> options;
+    for (const CLI::Option* option : (*command)->get_options())
+      options.push_back(option->get_name());
+    for (int i = 2; i < argc; ++i) {
+      const std::string word = argv[i], name = word.substr(0, word.find('='));
+      if (!name.starts_with("--") || (*command)->get_option_no_throw(name)) continue;
+      line = unknown("option", name, options);
+      break;
+    }
+    place += " " + (*command)->get_name();
+  } else if (argc > 1 && argv[1][0] != '-') {
     std::vector<std::string> names;
     for (const Command& known : kCommands) names.emplace_back(known.name);
-    const std::string near = nearestName(argv[1], names);
-    line = "unknown command `" + std::string(argv[1]) + "`" +
-           (near.empty() ? "" : "; did you mean `" + near + "`?");
+    line = unknown("command", argv[1], names);
   }
-  return line + "; see diorama --help";
+  return line + "; see " + place + " --help";
 }
 
 int parseAndRun(int argc, const char* const* argv) {
@@ -112,6 +127,8 @@ std::vector<int> framesOf(const FrameRange& range, int count, int every) {
   const int end = range.end < 0 ? count : std::min(range.end, count);
   if (range.begin >= end)
     throw UsageError("--frames: there are only " + std::to_string(count) + " frames");
+  if (range.end > count)
+    std::fprintf(stderr, "--frames: there are only %d frames; going up to the last\n", count);
   std::vector<int> frames;
   for (int frame = range.begin; frame < end; frame += every) frames.push_back(frame);
   return frames;

@@ -29,6 +29,10 @@ bool terminalWanted() {
   return ::isatty(STDERR_FILENO) && !(no_color && *no_color);
 }
 
+void noteBaking() {
+  std::fputs("baking the light of the scene, which is kept for the next time\n", stderr);
+}
+
 Progress::Progress(std::string title, int total, std::string unit)
     : title_(std::move(title)),
       unit_(std::move(unit)),

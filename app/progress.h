@@ -29,4 +29,7 @@ class Progress {
 // Whether standard error is a terminal that wants more than plain text.
 bool terminalWanted();
 
+// Says that the light of a scene is baked now, since nothing else happens for a while.
+void noteBaking();
+
 }  // namespace diorama

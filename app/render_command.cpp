@@ -149,7 +149,7 @@ int render(const RenderArguments& arguments) {
   const std::vector<int> frames = framesOf(
       parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames), scene.frameCount());
   const RenderOptions options{parseQuality(arguments.quality), 1, parseTruth(arguments.truth),
-                              parseRenderer(arguments.renderer)};
+                              parseRenderer(arguments.renderer), noteBaking};
   if (options.renderer == RendererKind::kRaster && scene.row_time_s > 0)
     throw InputError(arguments.scene,
                      "camera.row_time_s: the raster renderer has no rolling shutter",

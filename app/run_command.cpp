@@ -4,6 +4,7 @@
 #include "app/command_line.h"
 #include "app/metrics_json.h"
 #include "app/output_folder.h"
+#include "app/progress.h"
 #include "app/run_loop.h"
 #include "app/run_report.h"
 #include "app/run_setup.h"
@@ -97,7 +98,8 @@ int run(const RunArguments& arguments) {
         "--realtime: pipeline.latency_s is for runs in lock-step; leave out one of them");
   const FrameRange range = parseFrameRange(arguments.frames.empty() ? ":" : arguments.frames);
   const RunInput input = openInput(
-      arguments.input, range.begin, sets.scene, {parseQuality(arguments.quality), 1},
+      arguments.input, range.begin, sets.scene,
+      {parseQuality(arguments.quality), 1, {}, RendererKind::kRay, noteBaking},
       arguments.objects.empty() ? std::nullopt : std::optional<fs::path>(arguments.objects));
   checkExpectations(arguments, input);
   const std::vector<int> frames = framesOf(range, input.source->frameCount(), arguments.every);

@@ -173,7 +173,7 @@ void YamlMap::finish() const {
     throw InputError(place,
                      "unknown key `" + join(path_, key) + "`" +
                          (near.empty() ? "" : "; did you mean `" + near + "`?"),
-                     "known here: " + all);
+                     near.empty() ? "known here: " + all : "");
   }
 }
 

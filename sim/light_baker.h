@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "sim/render_scene.h"
@@ -27,6 +28,7 @@ void bakeLight(RenderScene& scene, const LightBakerOptions& options, WorkerPool&
 
 // The same from cacheFolder()/light, where it was baked before for the same content; a file that is
 // damaged or not of this content is baked anew. A cache that cannot be written is no error.
-void loadOrBakeLight(RenderScene& scene, const LightBakerOptions& options, WorkerPool& pool);
+void loadOrBakeLight(RenderScene& scene, const LightBakerOptions& options, WorkerPool& pool,
+                     const std::function<void()>& before_baking = {});
 
 }  // namespace diorama

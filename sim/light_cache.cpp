@@ -150,7 +150,8 @@ void save(const std::filesystem::path& file, const std::array<uint64_t, 2>& cont
 
 }  // namespace
 
-void loadOrBakeLight(RenderScene& scene, const LightBakerOptions& options, WorkerPool& pool) {
+void loadOrBakeLight(RenderScene& scene, const LightBakerOptions& options, WorkerPool& pool,
+                     const std::function<void()>& before_baking) {
   const std::array<uint64_t, 2> content = contentHash(scene, options);
   const std::filesystem::path file = cacheFolder() / "light" / (hex(content) + ".bin");
   const size_t expected =
@@ -159,6 +160,7 @@ void loadOrBakeLight(RenderScene& scene, const LightBakerOptions& options, Worke
     if (load(file, content, expected, scene.light)) return;
   } catch (const Error&) {  // not readable: as good as not there
   }
+  if (before_baking) before_baking();
   bakeLight(scene, options, pool);
   try {
     save(file, content, scene.light);

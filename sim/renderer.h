@@ -31,6 +31,7 @@ struct RenderOptions {
   int threads = 0;  // 0: as many as the machine has; the picture does not depend on it
   TruthChannels truth = {};
   RendererKind renderer = RendererKind::kRay;
+  std::function<void()> before_baking = {};  // of the scene's light, when it must be: for seconds
 };
 
 // The camera and the moving objects during one exposure. Times are in seconds from the frame's

@@ -22,10 +22,10 @@ namespace {
 // Where samples are cut, in full wells at the image's centre.
 constexpr double kSaturation = 1.5;
 
-std::shared_ptr<const RenderScene> makeLitScene(const Scene& scene) {
+std::shared_ptr<const RenderScene> makeLitScene(const Scene& scene, const RenderOptions& options) {
   auto result = std::make_shared<RenderScene>(makeRenderScene(scene));
   WorkerPool pool(0);  // baking takes seconds: all cores
-  loadOrBakeLight(*result, LightBakerOptions{}, pool);
+  loadOrBakeLight(*result, LightBakerOptions{}, pool, options.before_baking);
   return result;
 }
 
@@ -72,7 +72,7 @@ struct Simulator::State {
         camera(scene.camera),
         options(o),
         pool(options.threads),
-        lit(makeLitScene(scene)),
+        lit(makeLitScene(scene, options)),
         exposure(makeExposure(scene, lit)),
         sensor(camera, scene.effects, scene.seed),
         tracer(lit, camera) {

@@ -46,7 +46,7 @@ TEST(CommandLine, TheHelpThatIsNamedIsThatOfTheCommand) {
   const test::TemporaryFolder folder;
   expectOneLine(runDiorama({"run"}, folder), kExitUsage, "see diorama run --help");
   expectOneLine(runDiorama({"train", "mug", "--scael", "1"}, folder), kExitUsage,
-                "see diorama train --help");
+                "unknown option `--scael`; did you mean `--scale`?; see diorama train --help");
   expectOneLine(runDiorama({"rnu"}, folder), kExitUsage,
                 "unknown command `rnu`; did you mean `run`?; see diorama --help");
 }

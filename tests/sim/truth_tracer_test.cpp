@@ -16,7 +16,7 @@ using test::plainScene;
 using test::square;
 using test::Workshop;
 
-constexpr RenderOptions kAll = {RenderQuality::kDraft, 1, {.normal = true, .flow = true}};
+const RenderOptions kAll = {RenderQuality::kDraft, 1, {.normal = true, .flow = true}};
 
 // Two frames a tenth of a second apart.
 Scene twoFrames(const SE3& first, const SE3& second) {
