@@ -1,5 +1,6 @@
 #include "app/overlay.h"
 
+#include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
@@ -115,11 +116,16 @@ struct OverlayPainter::Impl {
     panel.convertTo(panel, -1, 0.35);
     int y = picture.rows - height + line_height - 2;
     drawText(picture, title, 8, y, kTextColor);
-    const std::string truth = "truth", estimate = "estimate";
-    const int right = picture.cols - 8 - static_cast<int>(textWidth(truth));
-    drawText(picture, truth, right, y, kTruthColor);
-    drawText(picture, estimate, right - 14 - static_cast<int>(textWidth(estimate)), y,
-             kObjectColors[0]);
+    int right = picture.cols - 8;
+    const auto drawKey = [&](const std::string& name, const cv::Scalar& color) {
+      right -= static_cast<int>(textWidth(name));
+      drawText(picture, name, right, y, color);
+      right -= 14;
+    };
+    if (std::any_of(objects.begin(), objects.end(),
+                    [](const OverlayObject& object) { return object.T_camera_object_true; }))
+      drawKey("truth", kTruthColor);
+    drawKey("estimate", kObjectColors[0]);
     for (size_t i = 0; i < objects.size(); ++i) {
       y += line_height;
       drawText(picture, objectLine(names[i], objects[i]), 8, y,

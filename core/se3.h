@@ -32,6 +32,11 @@ struct SE3 {
   bool isFinite() const;
 };
 
+// To the last digit.
+inline bool operator==(const SE3& a, const SE3& b) {
+  return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
+}
+
 SE3 operator*(const SE3& a, const SE3& b);
 Vector3d operator*(const SE3& T, const Vector3d& p);
 

@@ -256,10 +256,6 @@ std::unique_ptr<MotionPath> makeMovingPath(std::span<const Keyframe> keyframes, 
                                       fitRotations(times, rotations, ends));
 }
 
-bool isSame(const SE3& a, const SE3& b) {
-  return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
-}
-
 }  // namespace
 
 std::unique_ptr<MotionPath> makeSplinePath(const std::vector<Keyframe>& keyframes) {
@@ -268,7 +264,7 @@ std::unique_ptr<MotionPath> makeSplinePath(const std::vector<Keyframe>& keyframe
     DIORAMA_CHECK(keyframes[i].time_s > keyframes[i - 1].time_s);
   const size_t last = keyframes.size() - 1;
   const auto restsAfter = [&](size_t i) {
-    return i < last && isSame(keyframes[i].pose, keyframes[i + 1].pose);
+    return i < last && keyframes[i].pose == keyframes[i + 1].pose;
   };
   auto path = std::make_unique<PathsInTurn>();
   for (size_t first = 0; first < last;) {

@@ -3,14 +3,6 @@
 #include <algorithm>
 
 namespace diorama {
-namespace {
-
-bool isSame(const SE3& a, const SE3& b) {
-  return a.translation == b.translation && a.rotation.coeffs() == b.rotation.coeffs();
-}
-
-}  // namespace
-
 SampleSelection::SampleSelection(const EdgeModel& model, const Mesh& mesh, const Camera& camera,
                                  const RayQuery& rays, int object, const EdgeSearch& search,
                                  const TrackerOptions& options)
@@ -57,7 +49,7 @@ const CoverMap& SampleSelection::coverAt(const SE3& T) {
 }
 
 const SampleSelection::Samples& SampleSelection::at(const SE3& T, int max_samples) {
-  if (!selected_ || !isSame(selected_->T_camera_model, T) || selected_->max_samples != max_samples)
+  if (!selected_ || !(selected_->T_camera_model == T) || selected_->max_samples != max_samples)
     selected_ = {T, max_samples, select(T, max_samples)};
   return selected_->samples;
 }

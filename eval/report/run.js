@@ -112,7 +112,8 @@ const buildStage = (runs, timeline, indexIn, page) => {
       followTimeline(video, timeline, (i) => indexIn(k, i) * run.video_step, Math.max(1, run.metrics.frames), k === 0 && runs.length === 1);
     } else pane.append(el("div", { class: "empty" }, run.metrics.frames ? "This run wrote no video." : "No frames."));
     if (runs.length > 1) pane.append(el("span", { class: "label" }, "AB"[k]));
-    stage.append(el("div", {}, pane, k === 0 ? el("div", { class: "under" }, swatch("--truth", "truth"), swatch("--object-0", "estimate, held"), swatch("--lost", "estimate, not held by the tracker")) : null));
+    const known = run.objects.some((object) => object.true.some(Boolean));
+    stage.append(el("div", {}, pane, k === 0 ? el("div", { class: "under" }, known ? swatch("--truth", "truth") : "", swatch("--object-0", "estimate, held"), swatch("--lost", "estimate, not held by the tracker")) : null));
   });
   const pane = el("div", { class: "pane view" }), under = el("div", { class: "under" });
   stage.append(el("div", {}, pane, under));
