@@ -96,6 +96,16 @@ TEST(ClosedLoop, ASceneIsItsSequenceAndTruthDoesNotMatter) {
   EXPECT_FALSE(metricsFromJson(folder / "from_bare/metrics.json").camera.ate_mean_m.has_value());
 }
 
+TEST(ClosedLoop, ADiskThatIsFullLeavesNothing) {
+  const test::TemporaryFolder folder;
+  renderDraft(folder, "seq", "0:10");
+  const std::string command = "ulimit -f 8; " + test::shellQuoted(DIORAMA_BINARY) +
+                              " run seq -o run --method ebt --no-video";
+  const ProgramResult result = test::runShell(command, folder.path(), folder);
+  EXPECT_EQ(result.code, kExitOutput) << result.err;
+  EXPECT_FALSE(fs::exists(folder / "run"));
+}
+
 TEST(ClosedLoop, ReusesACompleteRunAndRefusesOthers) {
   const test::TemporaryFolder folder;
   renderDraft(folder, "seq", "0:3");
