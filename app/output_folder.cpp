@@ -27,7 +27,12 @@ OutputState prepareOutput(const OutputRequest& request) {
     }
   }
   createFolder(request.folder);
-  writeFileAtomically(recipe, request.recipe);
+  try {
+    writeFileAtomically(recipe, request.recipe);
+  } catch (...) {
+    fs::remove(request.folder, error);
+    throw;
+  }
   return OutputState::kFresh;
 }
 

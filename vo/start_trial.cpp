@@ -1,13 +1,15 @@
 #include "vo/start_trial.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "vo/object_scale.h"
 
 namespace diorama::vo {
 namespace {
 
-constexpr double kUnlikely = 22.5;  // chi-square, 6 dof: 99.9% of right ones are nearer
+constexpr double kExpected = 6;     // of a right one: chi-square, 6 dof
+constexpr double kUnlikely = 22.5;  // 99.9% of right ones are nearer
 constexpr size_t kFewestSeen = 4;   // frames
 constexpr size_t kRemembered = 8;   // frames
 
@@ -33,6 +35,13 @@ void StartTrial::add(std::optional<double> discrepancy) {
   if (!discrepancy) return;
   recent_.push_back(*discrepancy);
   if (recent_.size() > kRemembered) recent_.pop_front();
+}
+
+bool StartTrial::over() const {
+  if (options_.start_trial_frames == 0) return true;
+  const double sum = std::accumulate(recent_.begin(), recent_.end(), 0.0);
+  return frames_ >= options_.start_trial_frames &&
+         sum <= kExpected * static_cast<double>(recent_.size());
 }
 
 bool StartTrial::refuted() const {

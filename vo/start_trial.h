@@ -27,7 +27,9 @@ class StartTrial {
   // One frame.
   void add(std::optional<double> discrepancy);
 
-  bool over() const { return frames_ >= options_.start_trial_frames; }
+  // After so many frames, when the last ones agree as well as their covariances say: what moves
+  // with the camera takes its time to be told.
+  bool over() const;
   // The objects contradict the map in most of the last frames.
   bool refuted() const;
 

@@ -99,11 +99,14 @@ TEST(ClosedLoop, ASceneIsItsSequenceAndTruthDoesNotMatter) {
 TEST(ClosedLoop, ADiskThatIsFullLeavesNothing) {
   const test::TemporaryFolder folder;
   renderDraft(folder, "seq", "0:10");
-  const std::string command = "ulimit -f 8; " + test::shellQuoted(DIORAMA_BINARY) +
-                              " run seq -o run --method ebt --no-video";
-  const ProgramResult result = test::runShell(command, folder.path(), folder);
-  EXPECT_EQ(result.code, kExitOutput) << result.err;
-  EXPECT_FALSE(fs::exists(folder / "run"));
+  for (const char* blocks : {"8", "12", "24"}) {
+    const std::string command = std::string("ulimit -f ") + blocks + "; " +
+                                test::shellQuoted(DIORAMA_BINARY) +
+                                " run seq -o run --method ebt --no-video";
+    const ProgramResult result = test::runShell(command, folder.path(), folder);
+    EXPECT_EQ(result.code, kExitOutput) << result.err;
+    EXPECT_FALSE(fs::exists(folder / "run")) << blocks;
+  }
 }
 
 TEST(ClosedLoop, ReusesACompleteRunAndRefusesOthers) {

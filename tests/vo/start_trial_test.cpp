@@ -59,6 +59,19 @@ TEST(StartTrial, IsRefutedWhenMostOfTheLastFramesContradict) {
   EXPECT_FALSE(trial.refuted());
 }
 
+TEST(StartTrial, GoesOnWhileTheLastFramesBeginToContradict) {
+  const VoOptions options;
+  StartTrial trial(options);
+  for (const double d : {4.5, 5.3, 3.3, 7.0, 16.1, 33.9, 39.6, 33.7}) trial.add(d);
+  EXPECT_FALSE(trial.over());
+  EXPECT_FALSE(trial.refuted());
+  StartTrial other = trial;
+  for (const double d : {51.8, 107.8}) trial.add(d);
+  EXPECT_TRUE(trial.refuted());
+  for (int k = 0; k < 8; ++k) other.add(3);
+  EXPECT_TRUE(other.over()) << "it was something else";
+}
+
 TEST(StartTrial, EndsAfterItsFramesWhetherObjectsAreSeenOrNot) {
   VoOptions options;
   options.start_trial_frames = 3;
