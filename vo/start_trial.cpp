@@ -1,15 +1,13 @@
 #include "vo/start_trial.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "vo/object_scale.h"
 
 namespace diorama::vo {
 namespace {
 
-constexpr double kExpected = 6;     // of a right one: chi-square, 6 dof
-constexpr double kUnlikely = 22.5;  // 99.9% of right ones are nearer
+constexpr double kUnlikely = 22.5;  // chi-square, 6 dof: 99.9% of right ones are nearer
 constexpr size_t kFewestSeen = 4;   // frames
 constexpr size_t kRemembered = 8;   // frames
 
@@ -39,16 +37,18 @@ void StartTrial::add(std::optional<double> discrepancy) {
 
 bool StartTrial::over() const {
   if (options_.start_trial_frames == 0) return true;
-  const double sum = std::accumulate(recent_.begin(), recent_.end(), 0.0);
-  return frames_ >= options_.start_trial_frames &&
-         sum <= kExpected * static_cast<double>(recent_.size());
+  return frames_ >= options_.start_trial_frames && contradictions() <= 1;
 }
 
 bool StartTrial::refuted() const {
-  const auto unlikely =
-      std::count_if(recent_.begin(), recent_.end(), [](double d) { return d > kUnlikely; });
   return options_.start_trial_frames > 0 && recent_.size() >= kFewestSeen &&
-         2 * static_cast<size_t>(unlikely) > recent_.size();
+         2 * contradictions() > recent_.size();
+}
+
+// Among the frames that are remembered.
+size_t StartTrial::contradictions() const {
+  return static_cast<size_t>(
+      std::count_if(recent_.begin(), recent_.end(), [](double d) { return d > kUnlikely; }));
 }
 
 }  // namespace diorama::vo

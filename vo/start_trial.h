@@ -27,13 +27,15 @@ class StartTrial {
   // One frame.
   void add(std::optional<double> discrepancy);
 
-  // After so many frames, when the last ones agree as well as their covariances say: what moves
-  // with the camera takes its time to be told.
+  // After so many frames, of the last of which one at most contradicts: what moves with the camera
+  // takes its time to be told.
   bool over() const;
   // The objects contradict the map in most of the last frames.
   bool refuted() const;
 
  private:
+  size_t contradictions() const;
+
   const VoOptions& options_;
   int frames_ = 0;
   std::deque<double> recent_;
