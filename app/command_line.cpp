@@ -46,9 +46,7 @@ int report(const Error& error) {
 
 std::string unknown(const std::string& kind, const std::string& name,
                     const std::vector<std::string>& possible) {
-  const std::string near = nearestName(name, possible);
-  return "unknown " + kind + " `" + name + "`" +
-         (near.empty() ? "" : "; did you mean `" + near + "`?");
+  return "unknown " + kind + " `" + name + "`" + didYouMean(name, possible);
 }
 
 // What was not understood, and whose help says more.

@@ -117,9 +117,8 @@ void Expectation::check(const Metrics& metrics) const {
     names.push_back(metric.path);
     names.emplace_back(lastName(metric.path));
   }
-  const std::string near = nearestName(metric_, names);
   throw UsageError("--expect " + text_ + ": there is no metric `" + metric_ + "`" +
-                   (near.empty() ? "" : "; did you mean `" + near + "`?"));
+                   didYouMean(metric_, names));
 }
 
 std::string Expectation::missed(const Metrics& metrics) const {

@@ -91,9 +91,7 @@ std::vector<SweepCondition> readWhere(const YamlValue& value, const SweepSpec& s
   for (const std::string& name : map.keys()) {
     const YamlValue entry = map.require(name);
     if (std::find(known.begin(), known.end(), name) == known.end())
-      entry.fail("is no factor", nearestName(name, known).empty()
-                                     ? ""
-                                     : "did you mean `" + nearestName(name, known) + "`?");
+      entry.fail("is no factor" + didYouMean(name, known));
     SweepCondition condition{name, {}, {}, {}};
     if (entry.isMap()) {
       YamlMap bounds = entry.asMap();

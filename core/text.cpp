@@ -164,4 +164,9 @@ std::string nearestName(const std::string& name, const std::vector<std::string>&
   return best;
 }
 
+std::string didYouMean(const std::string& name, const std::vector<std::string>& candidates) {
+  const std::string near = nearestName(name, candidates);
+  return near.empty() ? "" : "; did you mean `" + near + "`?";
+}
+
 }  // namespace diorama

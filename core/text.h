@@ -38,5 +38,7 @@ std::optional<SE3> parsePose(const std::vector<std::string_view>& fields, size_t
 // The candidate with the smallest edit distance, when it is near enough to be a slip; empty
 // otherwise.
 std::string nearestName(const std::string& name, const std::vector<std::string>& candidates);
+// "; did you mean `that`?" for the end of a complaint; empty when there is none.
+std::string didYouMean(const std::string& name, const std::vector<std::string>& candidates);
 
 }  // namespace diorama

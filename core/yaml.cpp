@@ -122,9 +122,7 @@ size_t YamlValue::asChoice(const std::vector<std::string>& names) const {
     if (names[i] == name) return i;
     all += (i ? ", " : "") + names[i];
   }
-  const std::string near = nearestName(name, names);
-  fail("cannot be `" + name + "`" + (near.empty() ? "" : "; did you mean `" + near + "`?"),
-       "possible: " + all);
+  fail("cannot be `" + name + "`" + didYouMean(name, names), "possible: " + all);
 }
 
 YamlMap::YamlMap(YAML::Node node, std::shared_ptr<const std::string> file, std::string path)
@@ -167,12 +165,10 @@ void YamlMap::finish() const {
       throw InputError(place, "`" + join(path_, key) + "` stands twice");
     if (known_.contains(key)) continue;
     const std::vector<std::string> names(known_.begin(), known_.end());
-    const std::string near = nearestName(key, names);
+    const std::string near = didYouMean(key, names);
     std::string all;
     for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
-    throw InputError(place,
-                     "unknown key `" + join(path_, key) + "`" +
-                         (near.empty() ? "" : "; did you mean `" + near + "`?"),
+    throw InputError(place, "unknown key `" + join(path_, key) + "`" + near,
                      near.empty() ? "known here: " + all : "");
   }
 }

@@ -38,10 +38,8 @@ fs::path find(const std::string& name, const SourcePlace& place, const fs::path&
   if (fs::is_regular_file(own, error)) return own;
   if (fs::is_regular_file(own / file(name), error)) return own / file(name);
   const std::vector<std::string> known = knownModels(file);
-  const std::string near = nearestName(name, known);
   throw MissingInputError(
-      place,
-      "there is no model `" + name + "`" + (near.empty() ? "" : "; did you mean `" + near + "`?"),
+      place, "there is no model `" + name + "`" + didYouMean(name, known),
       known.empty() ? "there is no models/ here: set DIORAMA_DATA to the folder that has it"
                     : "a folder under models/ or the path of a mesh");
 }

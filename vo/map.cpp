@@ -92,7 +92,7 @@ void settle(const TrackedFrame& frame, MapPoint& point) {
   point.settled = true;
 }
 
-double scaleVariance(const TrackedFrame& frame) {
+double scaleVariance(const TrackedFrame& frame, const TrackedFrame& before) {
   double common = 0, own = 0, count = 0;
   for (const Feature& feature : frame.features) {
     const MapPoint& point = *feature.point;
@@ -102,7 +102,7 @@ double scaleVariance(const TrackedFrame& frame) {
         point.covariance.trace() / (point.p_world - frame.T_world_camera.translation).squaredNorm();
     ++count;
   }
-  return count > 0 ? common / count + own / (count * count) : 0;
+  return count > 0 ? common / count + own / (count * count) : before.scale_variance;
 }
 
 int settledFeatures(const TrackedFrame& frame) {

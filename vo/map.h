@@ -144,8 +144,9 @@ void judgePoints(const TrackedFrame& frame, const std::vector<MapPoint*>& failed
 void settle(const TrackedFrame& frame, MapPoint& point);
 
 // Of the lengths of what a frame sees, relative to those of the start: what was vague when its
-// points were settled they have in common; their own depths are vague one by one.
-double scaleVariance(const TrackedFrame& frame);
+// points were settled they have in common; their own depths are vague one by one. A frame without
+// such points is as vague as the one before.
+double scaleVariance(const TrackedFrame& frame, const TrackedFrame& before);
 
 int settledFeatures(const TrackedFrame& frame);
 std::vector<Vector3d> settledPoints(const Map& map);

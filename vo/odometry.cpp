@@ -161,7 +161,7 @@ Assessment VisualOdometry::Implementation::relocalise(const std::vector<SE3>& po
 OdometryMeasurement VisualOdometry::Implementation::accept(TrackedFrame frame,
                                                            const Assessment& assessment) {
   const bool recovered = state_ == State::kLost;
-  frame.scale_variance = scaleVariance(frame);
+  frame.scale_variance = scaleVariance(frame, last_);
   OdometryMeasurement m = report_.step(last_, frame, assessment.hessian, mapping_->scaleSigma());
   m.health = assessment.health * (mapping_->isMetric() ? 1 : kHealthWithoutScale);
   if (!recovered) exposure_.learn(camera_, frame);

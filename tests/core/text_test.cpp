@@ -115,6 +115,8 @@ TEST(Text, NearestNameIsASlipAway) {
   EXPECT_EQ(nearestName("completely_different", {"fx", "cx"}), "");
   EXPECT_EQ(nearestName("x", {}), "");
   EXPECT_EQ(nearestName("", {}), "");
+  EXPECT_EQ(didYouMean("widht", names), "; did you mean `width`?");
+  EXPECT_EQ(didYouMean("x", {}), "");
 }
 
 }  // namespace

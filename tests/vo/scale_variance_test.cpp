@@ -32,18 +32,23 @@ class ScaleVariance : public ::testing::Test {
 };
 
 TEST_F(ScaleVariance, OfManyDepthsIsSmallAndOfFewLarge) {
-  EXPECT_NEAR(std::sqrt(scaleVariance(frameOf(0, 100))), 0.001, 1e-9);
-  EXPECT_NEAR(std::sqrt(scaleVariance(frameOf(0, 4))), 0.005, 1e-9);
-  EXPECT_EQ(scaleVariance({}), 0);
+  EXPECT_NEAR(std::sqrt(scaleVariance(frameOf(0, 100), {})), 0.001, 1e-9);
+  EXPECT_NEAR(std::sqrt(scaleVariance(frameOf(0, 4), {})), 0.005, 1e-9);
+}
+
+TEST_F(ScaleVariance, StaysWhereNothingThatIsSettledIsSeen) {
+  TrackedFrame before;
+  before.scale_variance = 1e-3;
+  EXPECT_EQ(scaleVariance({}, before), 1e-3);
 }
 
 TEST_F(ScaleVariance, IsHandedOnToWhatIsSettled) {
   for (size_t k = 50; k < 100; ++k) points_[k].settled = false;
   TrackedFrame bridge = frameOf(0, 1);
-  bridge.scale_variance = scaleVariance(bridge);  // 1%, from a single known point
+  bridge.scale_variance = scaleVariance(bridge, {});  // 1%, from a single known point
   for (size_t k = 50; k < 100; ++k) settle(bridge, points_[k]);
-  EXPECT_NEAR(std::sqrt(scaleVariance(frameOf(50, 50))), 0.01, 2e-4);
-  EXPECT_NEAR(std::sqrt(scaleVariance(frameOf(0, 50))), 0.02 / 2 / std::sqrt(50), 1e-9);
+  EXPECT_NEAR(std::sqrt(scaleVariance(frameOf(50, 50), {})), 0.01, 2e-4);
+  EXPECT_NEAR(std::sqrt(scaleVariance(frameOf(0, 50), {})), 0.02 / 2 / std::sqrt(50), 1e-9);
   TrackedFrame later;
   later.scale_variance = 1;
   settle(later, points_[50]);
