@@ -42,7 +42,7 @@ void ChainSmoother::addPose(int64_t timestamp_ns, const OdometryFactor& odometry
     scale = root_.position(*odometry.scale);
   }
   belief_.advance(step, scale);
-  takeOver();
+  carryOn();
 }
 
 size_t ChainSmoother::addObject(const std::string& name, const SE3& T_world_object) {
@@ -74,7 +74,7 @@ void ChainSmoother::addObservation(size_t pose, const ObjectFactor& factor) {
   root_.absorb(pair, factor.object);
   if (!known) return solveRoot();
   belief_.absorb(pair, root_.position(factor.object));
-  takeOver();
+  carryOn();
 }
 
 size_t ChainSmoother::removeObservations(size_t object, size_t from_pose) {
@@ -119,7 +119,7 @@ std::optional<double> ChainSmoother::innovation(size_t pose, const ObjectFactor&
 }
 
 void ChainSmoother::update() {
-  if (++steps_since_solve_ >= options_.solve_every || !belief_.delta().allFinite()) solveRoot();
+  if (++steps_since_solve_ >= options_.solve_every) solveRoot();
   if (backSubstitute(oldestOfWindow())) older_moved_ = true;
   relineariseWindow();
   advancePass();
@@ -238,6 +238,14 @@ void ChainSmoother::solveRoot() {
   belief_ = JointBelief(root_.solve(), newest() == 0);
   steps_since_solve_ = 0;
   takeOver();
+}
+
+// After the belief was carried on.
+void ChainSmoother::carryOn() {
+  if (belief_.isSound())
+    takeOver();
+  else
+    solveRoot();
 }
 
 void ChainSmoother::takeOver() {

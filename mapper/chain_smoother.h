@@ -171,6 +171,7 @@ class ChainSmoother {
   void replayFrom(size_t pose);
   void replayOn(size_t pose);
   void solveRoot();
+  void carryOn();
   void takeOver();
   void awaken(size_t object);
   void dropDormant();

@@ -13,6 +13,10 @@ JointBelief::JointBelief(RootSystem::Solution solution, bool camera_is_fixed)
   P_.leftCols<6>().setZero();
 }
 
+bool JointBelief::isSound() const {
+  return delta_.allFinite() && (P_.diagonal().array() >= 0).all();
+}
+
 // From r + J_a delta_a + J_s s + J_b delta_b = w with white w:
 //   delta_b = F delta_a + K s + G (w - r).
 void JointBelief::advance(const ChartStep& odometry, std::optional<Eigen::Index> scale) {

@@ -18,6 +18,10 @@ class JointBelief {
   const Eigen::VectorXd& delta() const { return delta_; }
   const Eigen::MatrixXd& P() const { return P_; }
 
+  // False when rounding has spoilt it, as it does where covariances of all sizes meet: then it is
+  // to be made anew from the root.
+  bool isSound() const;
+
   // The camera moves on; the residual is white. Where the block of its scale is, if it has one.
   void advance(const ChartStep& odometry, std::optional<Eigen::Index> scale);
 

@@ -40,7 +40,7 @@ Whitening::Whitening(const Matrix6d& W) {
   for (int i = 0; i < 6; ++i)
     for (int j = i; j < 6; ++j) {
       const double sign = qr.matrixQR()(i, i) < 0 ? -1 : 1;
-      rows_[k++] = sign * qr.matrixQR()(i, j);
+      rows_[k++] = static_cast<float>(sign * qr.matrixQR()(i, j));
     }
 }
 

@@ -15,7 +15,7 @@ class CostFunction;
 namespace diorama {
 
 // W of a whitened residual W r, W^T W = covariance^-1. What counts is its length, so that W is kept
-// as an upper triangle: a long graph has several of them per pose.
+// as an upper triangle, in single precision: a long graph has several of them per pose.
 class Whitening {
  public:
   Whitening() : Whitening(Matrix6d::Identity()) {}
@@ -24,7 +24,7 @@ class Whitening {
   Matrix6d matrix() const;
 
  private:
-  std::array<double, 21> rows_;
+  std::array<float, 21> rows_;
 };
 
 // A residual with its derivatives by right perturbations of both poses.
