@@ -14,6 +14,7 @@ constexpr int kGrid_px = 5;      // distance of the points in a picture of the t
 constexpr int kFewest = 24;      // points for a comparison
 constexpr float kDark = 10;      // grey levels: below them the logarithm is mostly noise
 constexpr double kPlain = 0.05;  // standard deviation of logarithms; with less there is no print
+constexpr double kLight = 0.15;  // ... of what light does beyond the normals: reflections, shadows
 
 // Whether the square around a pixel shows the object only.
 bool squareOnObject(const Camera& camera, const RayQuery& rays, int object,
@@ -43,6 +44,16 @@ Vector3f toVector(const Rgb8& c) {
 }
 
 double plainSquares(int points) { return kPlain * kPlain * points; }
+
+// Logarithm of how much likelier a difference of colour is for the object's own, which light
+// changes, than for any other; standard deviations.
+struct OtherColor {
+  double own, any;
+  double operator()(double difference) const {
+    return std::log(any / own) -
+           0.5 * difference * difference * (1 / (own * own) - 1 / (any * any));
+  }
+};
 
 // Sums over points, from which the parts of two pictures come out that their normals do not
 // explain.
@@ -109,6 +120,15 @@ MeanImage::MeanImage(const Frame& frame)
     });
   else
     sumUp([&](int x, int y) { return std::array<uint8_t, 1>{frame.gray(x, y)}; });
+  constexpr int kSide = 8;
+  int squares = 0;
+  for (int y = kSide / 2; y < height_; y += kSide)
+    for (int x = kSide / 2; x < width_; x += kSide)
+      if (const auto color = mean(Vector2d(x, y), kSide)) {
+        brightness_ += lookValue(*color, hasColors())[0];
+        ++squares;
+      }
+  if (squares > 0) brightness_ /= static_cast<float>(squares);
 }
 
 template <class ValueAt>
@@ -302,14 +322,44 @@ PartialLook compareLooksInPart(const std::vector<DatabaseLook>& looks, const Mea
   return best;
 }
 
-bool isPlain(const DatabaseLook& look) {
+std::optional<double> compareColors(const std::vector<DatabaseLook>& looks, const MeanImage& image,
+                                    const Camera& camera, const SE3& T_camera_object,
+                                    const Vector3d& centre_object, int most_points) {
+  constexpr float kTrained = 4.6f;  // brightness of an image in the light of the training
+  constexpr double kWorst = -2;     // a reflection is no contradiction
+  constexpr OtherColor shade{0.4, 0.8}, tint{0.15, 0.45};
+  const std::vector<SeenPoint> points =
+      pointsIn(looks, image, camera, T_camera_object, centre_object, most_points);
+  if (points.size() < size_t{kFewest}) return std::nullopt;
+  double sum = 0;
+  for (const SeenPoint& p : points) {
+    const Vector3d difference = (p.seen - p.known).cast<double>();
+    double ratio = shade(difference[0] - static_cast<double>(image.brightness() - kTrained));
+    ratio += image.hasColors() ? tint(difference[1]) + tint(difference[2]) : tint(0);
+    sum += std::max(kWorst, ratio);
+  }
+  return sum / static_cast<double>(points.size()) / (shade(0) + 2 * tint(0));
+}
+
+namespace {
+
+bool hasLessPrint(const DatabaseLook& look, double deviation) {
   Comparison comparison;
   for (size_t i = 0; i < look.points.size(); ++i) {
     const Vector3f known = lookValue(look.colors[i]);
     comparison.add(look.normals[i], known, known);
   }
   return comparison.points() < kFewest ||
-         comparison.left().known < plainSquares(comparison.points());
+         comparison.left().known < deviation * deviation * comparison.points();
+}
+
+}  // namespace
+
+bool isPlain(const DatabaseLook& look) { return hasLessPrint(look, kPlain); }
+
+bool arePlain(const std::vector<DatabaseLook>& looks) {
+  return std::all_of(looks.begin(), looks.end(),
+                     [](const DatabaseLook& look) { return hasLessPrint(look, kLight); });
 }
 
 }  // namespace diorama

@@ -28,6 +28,8 @@ class MeanImage {
  public:
   explicit MeanImage(const Frame& frame);
   bool hasColors() const { return channels_ == 3; }
+  // Mean of the logarithms of brightness, as of lookValue(), all over the frame.
+  float brightness() const { return brightness_; }
   // Red, green and blue around a pixel, or three times the grey value, of a square at least one
   // pixel wide; nothing where it is not wholly in the image.
   std::optional<Vector3f> mean(const Vector2d& u_px, double side_px) const;
@@ -37,6 +39,7 @@ class MeanImage {
   void sumUp(const ValueAt& value_at);
 
   int width_, height_, channels_;
+  float brightness_ = 0;
   std::vector<uint32_t> sums_;  // of all pixels above and to the left, channel by channel
 };
 
@@ -87,5 +90,16 @@ PartialLook compareLooksInPart(const std::vector<DatabaseLook>& looks, const Mea
 
 // Whether a look shows too little print to be compared.
 bool isPlain(const DatabaseLook& look);
+// Whether none shows more than light makes of a surface without any.
+bool arePlain(const std::vector<DatabaseLook>& looks);
+
+// How likely the colours in the image are those of the look from nearest to the same side, and not
+// any others: for what is plain. The mean over the points of the logarithm of a ratio of
+// likelihoods, 1 at most; light and camera may change colours, and brightness against that of the
+// whole image, by some. Of grey values it is 0.6 at most. Nothing when too little of the object is
+// in the image.
+std::optional<double> compareColors(const std::vector<DatabaseLook>& looks, const MeanImage& image,
+                                    const Camera& camera, const SE3& T_camera_object,
+                                    const Vector3d& centre_object, int most_points = 1000);
 
 }  // namespace diorama

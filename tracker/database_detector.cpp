@@ -3,7 +3,7 @@
 //   match      features of the image, the smallest ones left out, with those of the database
 //   pose       RANSAC PnP, robust refinement over all inliers
 //   verify     the edge tracker starts from the pose: do the edges in the image agree, and does
-//              the object look as it did in the training?
+//              the object look as it did in the training, or have its colours, if it is plain?
 //   again      from the same pose moved to the image's edges; then without its inliers
 //   templates  of its edges, where features do not find it: it is small, or has no texture
 //   match      all features, where neither finds it
@@ -82,8 +82,7 @@ class DatabaseDetector::Finder {
         matcher_(database_, options.same_place * diameter_),
         verifier_(object.model, model_, camera_, *rays_, index, tracker_options_, database_.looks,
                   options.look_points),
-        alike_(verifier_.isPlain() || object.model.symmetries.axis ||
-               !object.model.symmetries.discrete.empty()),
+        symmetric_(object.model.symmetries.axis || !object.model.symmetries.discrete.empty()),
         templates_(model_, camera_, *rays_, index, tracker_options_, options_.templates,
                    database_.looks) {}
 
@@ -122,7 +121,7 @@ class DatabaseDetector::Finder {
   const EdgeModel model_;
   const FeatureMatcher matcher_;
   PoseVerifier verifier_;
-  const bool alike_;  // it cannot be told from itself turned
+  const bool symmetric_;
   const EdgeTemplates templates_;
 };
 
@@ -259,7 +258,7 @@ std::optional<Detection> DatabaseDetector::Finder::findByEdges(const Picture& pi
       tryFrom(candidate.T_camera_object);
   }
   if (seen.empty()) return std::nullopt;
-  if (alike_) return polish(best());
+  if (symmetric_) return polish(best());
   constexpr double kQuarter = 0.5 * std::numbers::pi;  // what stands looks most like that
   const SE3 T = best().T_camera_object;
   for (const double angle : {-kNextView, kNextView, kQuarter, 2 * kQuarter, 3 * kQuarter})
@@ -284,14 +283,17 @@ bool DatabaseDetector::Finder::isRival(const SE3& a, const SE3& b) const {
 }
 
 // Poses side by side share most of their edges, and what is wrong with them: of these a small lead
-// tells the better one.
+// tells the better one. Something round and plain is the same from all sides.
 bool DatabaseDetector::Finder::castsDoubt(const ExaminedPose& other,
                                           const ExaminedPose& found) const {
   const double turned =
       angleBetween(other.T_camera_object.rotation, found.T_camera_object.rotation);
   const double lead = found.rank() - other.rank();
-  if (turned > options_.rival_rad) return lead < options_.min_lead;
-  return turned > options_.neighbour_rad && lead < options_.min_neighbour_lead;
+  const bool led = turned > options_.rival_rad
+                       ? lead >= options_.min_lead
+                       : turned <= options_.neighbour_rad || lead >= options_.min_neighbour_lead;
+  return !led && !(verifier_.isPlain() &&
+                   templates_.areDrawnAlike(other.T_camera_object, found.T_camera_object));
 }
 
 // About the axis that points upwards.
@@ -303,7 +305,11 @@ SE3 DatabaseDetector::Finder::turned(const SE3& T_camera_object, double angle_ra
 }
 
 double DatabaseDetector::Finder::evidence(const ExaminedPose& pose) const {
-  const double sum = pose.health + pose.look.value_or(0) - kUnseenCost * (1 - pose.seen_share);
+  constexpr double kUnknownColors = 0.5, kUsualFit = 0.5;
+  const double sum =
+      verifier_.isPlain()
+          ? pose.health + pose.look.value_or(kUnknownColors) + pose.fit - kUsualFit
+          : pose.health + pose.look.value_or(0) - kUnseenCost * (1 - pose.seen_share);
   if (pose.inliers > 0) return sum;
   const double size_px = camera_.fx() * diameter_ / pose.T_camera_object.translation.z();
   return sum * std::cbrt(std::min(1.0, size_px / options_.full_size_px));
@@ -311,7 +317,7 @@ double DatabaseDetector::Finder::evidence(const ExaminedPose& pose) const {
 
 bool DatabaseDetector::Finder::isProven(const ExaminedPose& pose) const {
   if (pose.health < options_.min_health) return false;
-  if (!pose.look) return verifier_.isPlain() && evidence(pose) >= options_.min_plain_health;
+  if (!pose.look && !verifier_.isPlain()) return false;
   return evidence(pose) >=
          (pose.inliers > 0 ? options_.min_feature_evidence : options_.min_evidence);
 }

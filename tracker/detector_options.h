@@ -90,7 +90,6 @@ struct DetectorOptions {
   // features fades by the cube root.
   double full_size_px = 100;
   int look_points = 400;
-  double min_plain_health = 0.8;  // of an object that is too plain for a look
   template <class V>
   void visit(V& v) {
     v("max_features", max_features, Range{1, 100000});
@@ -116,7 +115,6 @@ struct DetectorOptions {
     v("neighbour_rad", neighbour_rad, kNotNegative);
     v("look_points", look_points, Range{24, 10000});
     v("full_size_px", full_size_px, kNotNegative);
-    v("min_plain_health", min_plain_health, kFraction);
   }
 };
 

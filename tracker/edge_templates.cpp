@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #ifdef __AVX2__
 #include <immintrin.h>
 #endif
@@ -131,10 +132,13 @@ EdgeTemplates::EdgeTemplates(const EdgeModel& model, const Camera& camera, const
       options_(options),
       search_(model, camera, rays, object, tracker_options),
       diameter_(model.diameter) {
-  for (const DatabaseLook& look : looks) {
-    looks_.push_back(isPlain(look) ? DatabaseLook{look.direction, 0, {}, {}, {}} : look);
-    coarse_looks_.push_back(coarser(looks_.back()));
-  }
+  if (arePlain(looks))
+    std::transform(looks.begin(), looks.end(), std::back_inserter(colors_), coarser);
+  else
+    for (const DatabaseLook& look : looks) {
+      looks_.push_back(isPlain(look) ? DatabaseLook{look.direction, 0, {}, {}, {}} : look);
+      coarse_looks_.push_back(coarser(looks_.back()));
+    }
   const Camera studio{CameraParameters{}};
   const EdgeSearch search(model, studio, rays, object, tracker_options);
   for (const Vector3d& direction : sphereDirections(options.views))
@@ -239,6 +243,12 @@ std::optional<SE3> EdgeTemplates::poseOf(const Placed& placed, const ChamferMaps
 }
 
 double EdgeTemplates::scoreOf(const SE3& T, double ratio, const Sight& sight) const {
+  if (!colors_.empty()) {
+    constexpr double kWeight = 0.2;  // of colours against a look
+    const auto colors =
+        compareColors(colors_, sight.means, camera_, T, model_.centre_object, options_.look_points);
+    return ratio - kWeight * options_.look_weight * colors.value_or(0);
+  }
   if (!sight.part_cost) {
     const auto look = compareLooks(coarse_looks_, sight.means, camera_, T, model_.centre_object,
                                    options_.look_points);
@@ -272,6 +282,32 @@ EdgeTemplates::Candidate EdgeTemplates::refine(const SE3& T_camera_object,
     ratio = edges.ratio();
   }
   return {T * T_model_object, ratio, scoreOf(T * T_model_object, ratio, sight)};
+}
+
+std::vector<EdgeSearch::Line> EdgeTemplates::draw(const SE3& T_camera_object) const {
+  const SE3 T = T_camera_object * SE3{Eigen::Quaterniond::Identity(), model_.centre_object};
+  const Matrix3d R = T.rotationMatrix();
+  std::vector<EdgeSearch::Line> lines;
+  for (const int sample : search_.visibleSamples(T))
+    if (const auto line = search_.projectSample(T, R, sample)) lines.push_back(*line);
+  return lines;
+}
+
+bool EdgeTemplates::areDrawnAlike(const SE3& T_camera_object, const SE3& other) const {
+  using Lines = std::vector<EdgeSearch::Line>;
+  constexpr double kAlike = 0.02, kOf = 0.9;  // of the object's size, and of its lines
+  const Lines a = draw(T_camera_object), b = draw(other);
+  const double near_px = kAlike * camera_.fx() * diameter_ / T_camera_object.translation.z();
+  const auto share = [&](const Lines& of, const Lines& in) {
+    const auto n = std::count_if(of.begin(), of.end(), [&](const EdgeSearch::Line& line) {
+      return std::any_of(in.begin(), in.end(), [&](const EdgeSearch::Line& l) {
+        const Vector2d apart = l.u_px - line.u_px;
+        return apart.norm() < 4 * near_px && std::abs(apart.dot(line.normal)) < near_px;
+      });
+    });
+    return static_cast<double>(n) / static_cast<double>(std::max<size_t>(1, of.size()));
+  };
+  return share(a, b) >= kOf && share(b, a) >= kOf;
 }
 
 std::vector<EdgeTemplates::Candidate> EdgeTemplates::choose(const std::vector<Placed>& places,

@@ -47,6 +47,10 @@ class EdgeTemplates {
   // tracker can.
   Candidate refine(const SE3& T_camera_object, const Sight& sight) const;
 
+  // Whether the object's edges are drawn in the same places at two poses, as those of something
+  // round are.
+  bool areDrawnAlike(const SE3& T_camera_object, const SE3& other) const;
+
  private:
   struct Point {
     Vector2d offset;  // from the centre's image, for focal length 1 and kViewDistance
@@ -65,6 +69,7 @@ class EdgeTemplates {
   void addTemplate(const Vector3d& direction, const EdgeSearch& search, const Camera& studio);
   void slide(const ChamferMaps& maps, Placed placed, Scratch& scratch,
              std::vector<Placed>& best) const;
+  std::vector<EdgeSearch::Line> draw(const SE3& T_camera_object) const;
   double scoreOf(const SE3& T_camera_object, double ratio, const Sight& sight) const;
   std::optional<SE3> poseOf(const Placed& placed, const ChamferMaps& maps) const;
 
@@ -72,6 +77,7 @@ class EdgeTemplates {
   const Camera& camera_;
   const TemplateOptions& options_;
   std::vector<DatabaseLook> looks_, coarse_looks_;  // without points where the object is plain
+  std::vector<DatabaseLook> colors_;  // coarse ones of an object that is plain all over
   EdgeSearch search_;
   double diameter_;
   std::vector<Template> templates_;

@@ -13,7 +13,7 @@ PoseVerifier::PoseVerifier(const ObjectModel& object, const EdgeModel& model, co
       camera_(camera),
       looks_(std::move(looks)),
       look_points_(look_points),
-      plain_(std::all_of(looks_.begin(), looks_.end(), diorama::isPlain)),
+      plain_(arePlain(looks_)),
       refiner_(model, object.mesh, camera, rays, object_index, options) {
   if (model.edges.empty())
     throw InputError(SourcePlace{object.name}, "the mesh has no edges that can be seen",
@@ -67,7 +67,8 @@ ExaminedPose PoseVerifier::polish(const ObjectPrediction& start, const ImagePart
 }
 
 std::optional<double> PoseVerifier::look(const SE3& T_camera_object, int most_points) const {
-  return compareLooks(looks_, *means_, camera_, T_camera_object, model_.centre_object, most_points);
+  return (plain_ ? compareColors : compareLooks)(looks_, *means_, camera_, T_camera_object,
+                                                 model_.centre_object, most_points);
 }
 
 }  // namespace diorama

@@ -6,6 +6,7 @@
 #include "tests/support/matchers.h"
 #include "tests/tracker/box_scene.h"
 #include "tracker/chamfer_maps.h"
+#include "tracker/edge_templates.h"
 #include "tracker/view_sphere.h"
 
 // Read by the thread sanitizer, which does not see how OpenCV's own threads wait for one another.
@@ -134,6 +135,44 @@ TEST(DatabaseDetector, FindsAPlainBoxByItsEdges) {
   EXPECT_LT((found[0]->T_camera_object.translation - T.translation).norm(), 0.015);
 }
 
+// Colours for the grey values, each channel so many times as bright.
+Frame colored(Frame frame, const Vector3d& tint) {
+  frame.rgb = Image<Rgb8>(frame.gray.width, frame.gray.height);
+  const auto toByte = [](double v) { return static_cast<uint8_t>(std::min(v, 255.0)); };
+  for (size_t i = 0; i < frame.gray.pixels.size(); ++i) {
+    const Vector3d c = tint * frame.gray.pixels[i];
+    frame.rgb.pixels[i] = {toByte(c[0]), toByte(c[1]), toByte(c[2])};
+  }
+  return frame;
+}
+
+const Vector3d kGrey(1, 1, 1), kWarm(1.1, 1, 0.9), kRed(1.2, 0.6, 0.6);
+
+TEST(DatabaseDetector, SomethingPlainOfAnotherColourIsSomethingElse) {
+  const Rig rig(0);
+  DatabaseDetector detector = rig.detector();
+  const Frame frame = rig.scene.draw(seenFrom(Vector3d(1, 0.7, 0.6), 0.4), 0);
+  EXPECT_TRUE(detector.detect(colored(frame, kGrey), kOnly).at(0));
+  EXPECT_TRUE(detector.detect(colored(frame, kWarm), kOnly).at(0));
+  EXPECT_FALSE(detector.detect(colored(frame, kRed), kOnly).at(0));
+}
+
+TEST(EdgeTemplates, KnowWhatLooksAlikeFromSeveralSides) {
+  const test::BoxScene scene;  // upright, its base is a square
+  const TrackerOptions options;
+  const EdgeModel model = makeEdgeModel(scene.object().mesh, options);
+  const EdgeTemplates templates(model, scene.camera, scene.rays, 0, options, {.views = 4}, {});
+  const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
+  const auto turned = [&](double angle_rad) {
+    const Eigen::AngleAxisd turn(angle_rad, Vector3d::UnitZ());
+    return T * SE3{Eigen::Quaterniond(turn), Vector3d::Zero()};
+  };
+  EXPECT_TRUE(templates.areDrawnAlike(T, turned(std::numbers::pi / 2)));
+  EXPECT_TRUE(templates.areDrawnAlike(T, turned(std::numbers::pi)));
+  EXPECT_FALSE(templates.areDrawnAlike(T, turned(std::numbers::pi / 4)));
+  EXPECT_FALSE(templates.areDrawnAlike(turned(0.2), T));
+}
+
 TEST(DatabaseDetector, AnotherMeshOrImageSizeIsNoCrash) {
   Rig rig(40);
   DatabaseDetector detector = rig.detector();
@@ -226,6 +265,26 @@ TEST(CompareLooks, TellsTheRightPoseFromAWrongOneAndFromAPlainObject) {
   EXPECT_TRUE(isPlain(plain.database.looks[0]));
   EXPECT_FALSE(isPlain(printed.database.looks[0]));
   EXPECT_FALSE(look(printed, seenFrom(Vector3d(0, 0, 1), -0.5)));  // behind the camera
+}
+
+TEST(CompareColors, TellThoseOfSomethingPlainInAnyLight) {
+  const Rig rig(0);
+  ASSERT_TRUE(arePlain(rig.database.looks));
+  EXPECT_FALSE(arePlain(Rig(40).database.looks));
+  const SE3 T = seenFrom(Vector3d(1, 0.7, 0.6), 0.5);
+  const Frame frame = rig.scene.draw(T, 0);
+  const auto colors = [&](const Frame& picture, const SE3& pose) {
+    return compareColors(rig.database.looks, MeanImage(picture), rig.scene.camera, pose,
+                         Vector3d(0, 0, 0.1));
+  };
+  const auto of = [&](const Vector3d& tint) { return colors(colored(frame, tint), T).value(); };
+  EXPECT_GT(of(kGrey), 0.8);
+  EXPECT_GT(of(kWarm), 0.5);
+  EXPECT_LT(of(kRed), -0.3);
+  // Grey values say less, either way.
+  EXPECT_GT(colors(frame, T).value(), 0.4);
+  EXPECT_LT(colors(frame, T).value(), 0.63);
+  EXPECT_FALSE(colors(frame, seenFrom(Vector3d(0, 0, 1), -0.5))) << "behind the camera";
 }
 
 TEST(CompareLooks, OfThePartThatSomethingStraightLeaves) {
