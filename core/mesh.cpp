@@ -1,8 +1,15 @@
 #include "core/mesh.h"
 
+#include <algorithm>
+
 #include "core/errors.h"
 
 namespace diorama {
+
+bool Mesh::hasMaterials() const {
+  return std::any_of(materials.begin(), materials.end(),
+                     [](const Material& m) { return !m.name.empty() || !m.texture.empty(); });
+}
 
 Vector3f Mesh::minCorner() const {
   DIORAMA_CHECK(!positions.empty());

@@ -13,7 +13,7 @@ namespace diorama {
 
 // Colours are linear RGB.
 struct Material {
-  std::string name;
+  std::string name;                             // empty: the one of what has none
   Vector3f diffuse = Vector3f::Constant(0.7f);  // albedo, multiplied with the texture
   std::filesystem::path texture;                // sRGB image; empty = none
   float specular = 0.04f;                       // reflectance at normal incidence
@@ -28,6 +28,9 @@ struct Mesh {
   std::vector<Eigen::Vector3i> triangles;  // indices, counter-clockwise from outside
   std::vector<int> triangle_materials;     // index into materials, one per triangle
   std::vector<Material> materials;
+
+  // Whether anything is known of how it looks.
+  bool hasMaterials() const;
 
   Vector3f minCorner() const;
   Vector3f maxCorner() const;

@@ -129,7 +129,8 @@ fs::path texturePath(const fs::path& file, const aiMaterial& material) {
 Material importMaterial(const fs::path& file, const aiMaterial& source) {
   Material material;
   aiString name;
-  if (source.Get(AI_MATKEY_NAME, name) == AI_SUCCESS) material.name = name.C_Str();
+  if (source.Get(AI_MATKEY_NAME, name) == AI_SUCCESS && name != aiString(AI_DEFAULT_MATERIAL_NAME))
+    material.name = name.C_Str();
   material.diffuse = color(source, AI_MATKEY_COLOR_DIFFUSE, material.diffuse);
   material.emission = color(source, AI_MATKEY_COLOR_EMISSIVE, Vector3f::Zero());
   const Vector3f specular =

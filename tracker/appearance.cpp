@@ -328,6 +328,7 @@ std::optional<double> compareColors(const std::vector<DatabaseLook>& looks, cons
   constexpr float kTrained = 4.6f;  // brightness of an image in the light of the training
   constexpr double kWorst = -2;     // a reflection is no contradiction
   constexpr OtherColor shade{0.4, 0.8}, tint{0.15, 0.45};
+  if (!image.hasColors()) return std::nullopt;
   const std::vector<SeenPoint> points =
       pointsIn(looks, image, camera, T_camera_object, centre_object, most_points);
   if (points.size() < size_t{kFewest}) return std::nullopt;
@@ -335,7 +336,7 @@ std::optional<double> compareColors(const std::vector<DatabaseLook>& looks, cons
   for (const SeenPoint& p : points) {
     const Vector3d difference = (p.seen - p.known).cast<double>();
     double ratio = shade(difference[0] - static_cast<double>(image.brightness() - kTrained));
-    ratio += image.hasColors() ? tint(difference[1]) + tint(difference[2]) : tint(0);
+    ratio += tint(difference[1]) + tint(difference[2]);
     sum += std::max(kWorst, ratio);
   }
   return sum / static_cast<double>(points.size()) / (shade(0) + 2 * tint(0));

@@ -96,8 +96,7 @@ bool arePlain(const std::vector<DatabaseLook>& looks);
 // How likely the colours in the image are those of the look from nearest to the same side, and not
 // any others: for what is plain. The mean over the points of the logarithm of a ratio of
 // likelihoods, 1 at most; light and camera may change colours, and brightness against that of the
-// whole image, by some. Of grey values it is 0.6 at most. Nothing when too little of the object is
-// in the image.
+// whole image, by some. Nothing when the image has none, or too little of the object is in it.
 std::optional<double> compareColors(const std::vector<DatabaseLook>& looks, const MeanImage& image,
                                     const Camera& camera, const SE3& T_camera_object,
                                     const Vector3d& centre_object, int most_points = 1000);

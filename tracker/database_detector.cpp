@@ -64,6 +64,13 @@ TrackerOptions withoutPrint(TrackerOptions options) {
   return options;
 }
 
+// What colour a mesh without materials has nobody knows.
+ObjectDatabase withoutUnknownColors(DetectorObject& object) {
+  ObjectDatabase database = std::move(object.database);
+  if (arePlain(database.looks) && !object.model.mesh.hasMaterials()) database.looks.clear();
+  return database;
+}
+
 }  // namespace
 
 class DatabaseDetector::Finder {
@@ -73,7 +80,7 @@ class DatabaseDetector::Finder {
          const TrackerOptions& tracker_options)
       : options_(options),
         camera_(camera),
-        database_(std::move(object.database)),
+        database_(withoutUnknownColors(object)),
         diameter_(object.model.mesh.diameter()),
         object_(index),
         tracker_options_(withoutPrint(tracker_options)),
@@ -305,11 +312,9 @@ SE3 DatabaseDetector::Finder::turned(const SE3& T_camera_object, double angle_ra
 }
 
 double DatabaseDetector::Finder::evidence(const ExaminedPose& pose) const {
-  constexpr double kUnknownColors = 0.5, kUsualFit = 0.5;
-  const double sum =
-      verifier_.isPlain()
-          ? pose.health + pose.look.value_or(kUnknownColors) + pose.fit - kUsualFit
-          : pose.health + pose.look.value_or(0) - kUnseenCost * (1 - pose.seen_share);
+  constexpr double kUsualFit = 0.5;
+  double sum = pose.health + pose.look.value_or(0) - kUnseenCost * (1 - pose.seen_share);
+  if (verifier_.isPlain() && pose.look) sum += pose.fit - kUsualFit;
   if (pose.inliers > 0) return sum;
   const double size_px = camera_.fx() * diameter_ / pose.T_camera_object.translation.z();
   return sum * std::cbrt(std::min(1.0, size_px / options_.full_size_px));
@@ -317,7 +322,7 @@ double DatabaseDetector::Finder::evidence(const ExaminedPose& pose) const {
 
 bool DatabaseDetector::Finder::isProven(const ExaminedPose& pose) const {
   if (pose.health < options_.min_health) return false;
-  if (!pose.look && !verifier_.isPlain()) return false;
+  if (!pose.look) return verifier_.isPlain() && evidence(pose) >= options_.min_plain_health;
   return evidence(pose) >=
          (pose.inliers > 0 ? options_.min_feature_evidence : options_.min_evidence);
 }

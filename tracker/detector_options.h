@@ -90,6 +90,8 @@ struct DetectorOptions {
   // features fades by the cube root.
   double full_size_px = 100;
   int look_points = 400;
+  // Of an object that is too plain for a look, and of unknown colours.
+  double min_plain_health = 0.8;
   template <class V>
   void visit(V& v) {
     v("max_features", max_features, Range{1, 100000});
@@ -115,6 +117,7 @@ struct DetectorOptions {
     v("neighbour_rad", neighbour_rad, kNotNegative);
     v("look_points", look_points, Range{24, 10000});
     v("full_size_px", full_size_px, kNotNegative);
+    v("min_plain_health", min_plain_health, kFraction);
   }
 };
 

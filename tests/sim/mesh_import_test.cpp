@@ -63,6 +63,7 @@ TEST_F(MeshImport, ReadsGeometryAndMaterial) {
     EXPECT_FLOAT_EQ(mesh.uvs[k].y(), mesh.positions[k].y() / 2 + 0.5f);
   }
   const Material& paint = mesh.materials[static_cast<size_t>(mesh.triangle_materials[0])];
+  EXPECT_TRUE(mesh.hasMaterials());
   EXPECT_EQ(paint.name, "paint");
   EXPECT_EQ(paint.diffuse, Vector3f(0.5f, 0.25f, 1));
   EXPECT_EQ(paint.emission, Vector3f(3, 2, 1));
@@ -74,6 +75,7 @@ TEST_F(MeshImport, ReadsGeometryAndMaterial) {
 TEST_F(MeshImport, ScalesAndTurns) {
   const fs::path file = write("tri.obj", "v 0 0 0\nv 100 0 0\nv 0 200 50\nf 1 2 3\n");
   const Mesh mesh = importMesh(file, {.scale = 0.01, .y_up = true});
+  EXPECT_FALSE(mesh.hasMaterials());
   ASSERT_EQ(mesh.positions.size(), 3u);
   EXPECT_TRUE(mesh.positions[2].isApprox(Vector3f(0, -0.5f, 2)));
   EXPECT_TRUE(mesh.normals[0].isApprox(Vector3f(0, -2, -0.5f).normalized()));
