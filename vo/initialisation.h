@@ -9,6 +9,7 @@
 
 #include "core/measurements.h"
 #include "vo/map.h"
+#include "vo/object_surfaces.h"
 #include "vo/patch.h"
 #include "vo/vo_options.h"
 
@@ -19,8 +20,15 @@ struct FollowedCorner {
   Vector2d u_first_px, u_px;
   Vector3d bearing_first;  // z = 1
   int level = 0;
-  Measured measured;           // u_px as a measurement
-  std::vector<Patch> patches;  // one per level from the corner's own upwards
+  Measured measured;              // u_px as a measurement
+  std::vector<Measured> between;  // in the frames between
+  std::vector<Patch> patches;     // one per level from the corner's own upwards
+};
+
+// One of the frames between the first keyframe and the second one.
+struct FrameBetween {
+  TrackedFrame frame;
+  std::vector<ObjectMeasurement> objects;
 };
 
 // Of the followed corners, in the first points: an object that moves itself takes its own along.
@@ -37,8 +45,9 @@ struct StartAttempt {
 
 class Initialisation {
  public:
-  Initialisation(const Camera& camera, const VoOptions& options)
-      : camera_(camera), options_(options) {}
+  // All three must outlive it.
+  Initialisation(const Camera& camera, const VoOptions& options, const ObjectSurfaces& surfaces)
+      : camera_(camera), options_(options), surfaces_(surfaces) {}
 
   // Takes this frame as the first keyframe.
   void begin(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
@@ -46,10 +55,11 @@ class Initialisation {
   bool sawObject() const;  // in the first keyframe
   // Finds the corners in the next frame.
   void follow(const TrackedFrame& frame);
-  // With enough parallax: fills the map with two keyframes and the points that both see.
-  // Without an object in both keyframes only if the scale may remain unknown.
+  // With enough parallax: fills the map with two keyframes and the points that both see; where too
+  // few corners agree in two frames, with those between, too. Without an object in both keyframes
+  // only if the scale may remain unknown. A frame that does not start is one between.
   StartAttempt tryStart(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects,
-                        bool without_scale, Map& map) const;
+                        bool without_scale, Map& map);
   // Why this first keyframe leads nowhere; empty while there is hope.
   std::string hopeless() const;
   void clear() { first_ = {}; }
@@ -73,15 +83,31 @@ class Initialisation {
   std::optional<SE3> metricMotion(std::span<const ObjectMeasurement> objects,
                                   const std::optional<SE3>& from_corners,
                                   std::string& source) const;
-  void fillMap(const TrackedFrame& frame, const SE3& T_first_second, Map& map) const;
+  struct StartPoint {
+    const FollowedCorner* corner;
+    MapPoint* point;
+  };
+  StartAttempt startFrom(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects,
+                         bool without_scale, bool with_between, Map& map);
+  void keepBetween(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
+  std::optional<SE3> poseBetween(size_t k, std::span<const StartPoint> points) const;
+  std::vector<StartPoint> addPoints(const SE3& T_first_second, Keyframe& first, Map& map) const;
+  void fillMap(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects,
+               const SE3& T_first_second, bool with_between, Map& map) const;
+  void adjust(bool metric, Map& map) const;
+  bool mostAgree(const Map& map) const;
+  bool enoughAgreeThroughout(const Map& map) const;
 
   const Camera& camera_;
   const VoOptions& options_;
+  const ObjectSurfaces& surfaces_;
   TrackedFrame first_;
   std::vector<ObjectMeasurement> objects_;
   std::vector<FollowedCorner> corners_;
-  int frames_ = 0;       // since the first keyframe
-  double parallax_ = 1;  // that starts, over that of the options
+  std::vector<FrameBetween> between_;
+  bool contradicted_ = false;  // by objects: the corners are not of the world
+  int frames_ = 0;             // since the first keyframe
+  double parallax_ = 1;        // that starts, over that of the options
 };
 
 }  // namespace diorama::vo

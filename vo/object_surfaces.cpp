@@ -41,6 +41,12 @@ std::optional<ObjectSurfaces::Hit> ObjectSurfaces::meet(
   return nearest;
 }
 
+bool ObjectSurfaces::know(std::span<const ObjectMeasurement> objects) const {
+  return rays_ && std::all_of(objects.begin(), objects.end(), [&](const ObjectMeasurement& o) {
+           return !isUsable(o) || std::find(names_.begin(), names_.end(), o.object) != names_.end();
+         });
+}
+
 bool ObjectSurfaces::touch(const Camera& camera, const Vector2d& u_px, int level,
                            std::span<const ObjectMeasurement> objects) const {
   const auto corners = cornersOfPatch(u_px, level);

@@ -22,6 +22,9 @@ class ObjectSurfaces {
   ObjectSurfaces(std::shared_ptr<const RayQuery> rays, std::vector<std::string> names)
       : rays_(std::move(rays)), names_(std::move(names)) {}
 
+  // Whether the shapes of all objects that are measured are known.
+  bool know(std::span<const ObjectMeasurement> objects) const;
+
   // Depth of what is seen at u_px, when all of the patch around it (of a corner of that pyramid
   // level) lies on one of the objects, which are where they are measured to be. Its sigma is that
   // of the object's pose. Nothing elsewhere, and on surfaces that are seen edge-on.

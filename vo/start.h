@@ -20,7 +20,7 @@ class Start {
       : camera_(camera),
         options_(options),
         surfaces_(surfaces),
-        initialisation_(camera, options),
+        initialisation_(camera, options, surfaces),
         trial_(options) {}
 
   // Finds the corners in a frame.

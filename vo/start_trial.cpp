@@ -7,9 +7,8 @@
 namespace diorama::vo {
 namespace {
 
-constexpr double kUnlikely = 22.5;  // chi-square, 6 dof: 99.9% of right ones are nearer
-constexpr size_t kFewestSeen = 4;   // frames
-constexpr size_t kRemembered = 8;   // frames
+constexpr size_t kFewestSeen = 4;  // frames
+constexpr size_t kRemembered = 8;  // frames
 
 }  // namespace
 
@@ -23,6 +22,18 @@ std::optional<double> discrepancy(const Map& map, const SE3& T_world_camera,
     if (known == map.objects.end() || !isUsable(m)) continue;
     const Vector6d r = objectResidual(T_world_camera, known->T_world_object, m.T_camera_object).r;
     const double square = r.dot(covarianceOf(m, options).llt().solve(r));
+    smallest = std::min(square, smallest.value_or(square));
+  }
+  return smallest;
+}
+
+std::optional<double> discrepancy(const Map& map, const Keyframe& keyframe) {
+  std::optional<double> smallest;
+  for (const ObjectObservation& o : keyframe.objects) {
+    const Vector6d r = objectResidual(keyframe.T_world_camera, map.objects[o.object].T_world_object,
+                                      o.T_camera_object)
+                           .r;
+    const double square = r.dot(o.information * r);
     smallest = std::min(square, smallest.value_or(square));
   }
   return smallest;
@@ -47,8 +58,7 @@ bool StartTrial::refuted() const {
 
 // Among the frames that are remembered.
 size_t StartTrial::contradictions() const {
-  return static_cast<size_t>(
-      std::count_if(recent_.begin(), recent_.end(), [](double d) { return d > kUnlikely; }));
+  return static_cast<size_t>(std::count_if(recent_.begin(), recent_.end(), contradicts));
 }
 
 }  // namespace diorama::vo

@@ -19,6 +19,12 @@ std::optional<double> discrepancy(const Map& map, const SE3& T_world_camera,
                                   std::span<const ObjectMeasurement> objects,
                                   const VoOptions& options);
 
+// The same of what the keyframe itself saw.
+std::optional<double> discrepancy(const Map& map, const Keyframe& keyframe);
+
+// Chi-square, 6 dof: 99.9% of right ones are nearer.
+inline bool contradicts(double discrepancy) { return discrepancy > 22.5; }
+
 class StartTrial {
  public:
   explicit StartTrial(const VoOptions& options) : options_(options) {}
