@@ -29,6 +29,7 @@ std::optional<OdometryMeasurement> ReplayOdometry::track(const Frame& frame) {
     sum.covariance = carry * sum.covariance * carry.transpose() + step->covariance;
     sum.T_from_to = sum.T_from_to * step->T_from_to;
     sum.health = std::min(sum.health, step->health);
+    sum.up_to_scale |= step->up_to_scale;
     reached = step->to_ns;
   }
   if (!isSameTime(reached, frame.timestamp_ns))

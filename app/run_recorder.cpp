@@ -117,17 +117,18 @@ void RunRecorder::addOdometry(const std::string& prefix, const FrameResult& resu
     ++healthy_frames_;
   if (!result.odometry) return;
   const OdometryMeasurement& m = *result.odometry;
+  const Matrix6d covariance = m.covarianceWithScale();
   std::optional<PoseError> error;
   const StampedPose* before = camera_truth_.nearest(m.from_ns, 0);
   if (before && truth) {
     const SE3 motion = before->pose.inverse() * truth->T_world_camera;
     error = poseError(m.T_from_to, motion);
     if (m.health > 0)
-      if (const auto nees = normalisedError(m.T_from_to, m.covariance, motion))
+      if (const auto nees = normalisedError(m.T_from_to, covariance, motion))
         odometry_nees_.push_back(*nees);
   }
   files_.append(kFrames, prefix + framesRow("odometry", m.health > 0, m.health, m.T_from_to,
-                                            m.covariance, error, {}));
+                                            covariance, error, {}));
   if (m.health > 0) files_.append(kMeasurements, toCsv(m));
 }
 

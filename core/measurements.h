@@ -16,6 +16,12 @@ struct OdometryMeasurement {
   SE3 T_from_to;  // camera(from) <- camera(to)
   Matrix6d covariance = Matrix6d::Identity();
   double health = 0;  // in [0, 1]; 0 = no measurement
+  // The odometry has not learnt its scale yet: T_from_to is as it sees it, its lengths times a
+  // factor that nobody knows, the same in all such steps. The covariance says nothing of that.
+  bool up_to_scale = false;
+
+  // For who takes each step by itself: a length may be half as long or twice.
+  Matrix6d covarianceWithScale() const;
 };
 
 struct ObjectMeasurement {

@@ -10,6 +10,8 @@ namespace diorama {
 namespace {
 
 constexpr size_t kColumns = 13 + 21;
+constexpr const char* kCamera = "camera";
+constexpr const char* kUpToScale = "camera_up_to_scale";
 
 Matrix6d parseUpperTriangle(const std::vector<std::string_view>& fields, size_t first,
                             const SourcePlace& place) {
@@ -43,9 +45,10 @@ std::string measurementsHeader() {
 }
 
 std::string toCsv(const OdometryMeasurement& m) {
-  return std::to_string(m.to_ns) + "," + m.source + ",odometry,camera," +
-         std::to_string(m.from_ns) + "," + formatPose(m.T_from_to, ',') + "," +
-         formatNumber(m.health) + "," + formatUpperTriangle(m.covariance, ',') + "\n";
+  return std::to_string(m.to_ns) + "," + m.source + ",odometry," +
+         (m.up_to_scale ? kUpToScale : kCamera) + "," + std::to_string(m.from_ns) + "," +
+         formatPose(m.T_from_to, ',') + "," + formatNumber(m.health) + "," +
+         formatUpperTriangle(m.covariance, ',') + "\n";
 }
 
 std::string toCsv(const ObjectMeasurement& m) {
@@ -81,7 +84,8 @@ Measurements readMeasurements(const std::filesystem::path& file) {
       const std::optional<int64_t> from = parseInteger(fields[4]);
       if (!from || *from >= *time)
         throw InputError(place, "from_ns must be a time before timestamp_ns");
-      measurements.odometry.push_back({source, *from, *time, *pose, covariance, *health});
+      measurements.odometry.push_back(
+          {source, *from, *time, *pose, covariance, *health, name == kUpToScale});
     } else if (kind == "object") {
       measurements.objects.push_back({source, name, *time, *pose, covariance, *health, true, ""});
     } else {

@@ -15,7 +15,7 @@ struct Measurements {
 };
 
 // Columns: timestamp_ns,source,kind,name,from_ns,tx,ty,tz,qx,qy,qz,qw,health,c00..c55 (upper
-// triangle).
+// triangle). The name of odometry is `camera`, or `camera_up_to_scale`.
 std::string measurementsHeader();
 std::string toCsv(const OdometryMeasurement& measurement);  // one line
 std::string toCsv(const ObjectMeasurement& measurement);    // one line

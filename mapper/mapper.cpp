@@ -82,15 +82,15 @@ class Mapper::Impl {
     const std::string& mapped = options_.odometry_with_map;
     const bool has_map = mapped.empty() || mapped == measurement.source;
     const bool elsewhere = !landmarks_.labels().empty() && !looksAtLandmark();
-    if (has_map)
-      result.factor->scale =
-          scale_.next(smoother_, measurement.source, elsewhere, gap_ && !across_gap);
+    const bool up_to_scale = measurement.up_to_scale;
+    if (has_map || up_to_scale)
+      result.factor->scale = scale_.next(smoother_, measurement, elsewhere, gap_ && !across_gap);
     if (across_gap) {
       closeGap(measurement.to_ns, *result.factor);
       watch_.breakOff(measurement.to_ns);
     } else {
       smoother_.addPose(measurement.to_ns, *result.factor);
-      anchor_.addStep(smoother_, measurement, has_map && looksAtLandmark(),
+      anchor_.addStep(smoother_, measurement, has_map && !up_to_scale && looksAtLandmark(),
                       scale_.estimate(smoother_));
       watch_.addStep(measurement);
     }

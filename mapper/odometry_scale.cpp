@@ -3,18 +3,34 @@
 #include <cmath>
 
 namespace diorama {
+namespace {
 
-std::optional<size_t> OdometryScale::next(ChainSmoother& smoother, const std::string& source,
+constexpr double kUnknown = 1;  // of the logarithm: half as long, or twice
+
+}  // namespace
+
+std::optional<size_t> OdometryScale::next(ChainSmoother& smoother, const OdometryMeasurement& step,
                                           bool elsewhere, bool anew) {
-  if (sigma_ <= 0) return std::nullopt;
-  const bool other = !variable_ || anew || source != source_;
-  if (other || (elsewhere && !elsewhere_)) {
-    if (variable_) smoother.release(*variable_);
-    variable_ = smoother.addScale(other ? sigma_ : sigma_elsewhere_);
-    source_ = source;
+  if (sigma_ <= 0 && !step.up_to_scale) {
+    forget(smoother);
+    return std::nullopt;
   }
-  elsewhere_ = elsewhere;
+  const bool away = elsewhere && !step.up_to_scale;
+  const bool other =
+      !variable_ || anew || step.source != source_ || step.up_to_scale != up_to_scale_;
+  if (other || (away && !elsewhere_)) {
+    forget(smoother);
+    variable_ = smoother.addScale(step.up_to_scale ? kUnknown : other ? sigma_ : sigma_elsewhere_);
+    source_ = step.source;
+    up_to_scale_ = step.up_to_scale;
+  }
+  elsewhere_ = away;
   return variable_;
+}
+
+void OdometryScale::forget(ChainSmoother& smoother) {
+  if (variable_) smoother.release(*variable_);
+  variable_.reset();
 }
 
 ScaleEstimate OdometryScale::estimate(const ChainSmoother& smoother) const {

@@ -6,7 +6,8 @@
 //
 // Where the camera has looked away from all that the map knows, the odometry measures by another
 // map of its own, of which less is known: another s, from there on. So it does when it was lost and
-// has begun anew.
+// has begun anew. And while it does not know its scale at all, the steps have an s of which next to
+// nothing is known, until objects tell: then all that was measured by it is as long as it was.
 #pragma once
 
 #include <optional>
@@ -25,15 +26,18 @@ class OdometryScale {
 
   // The variable for a step from the newest pose on. `elsewhere`: nothing known is in view. `anew`:
   // nothing joins the step to those before.
-  std::optional<size_t> next(ChainSmoother& smoother, const std::string& source, bool elsewhere,
-                             bool anew = false);
+  std::optional<size_t> next(ChainSmoother& smoother, const OdometryMeasurement& step,
+                             bool elsewhere, bool anew = false);
   // s as it is believed now, and one sigma.
   ScaleEstimate estimate(const ChainSmoother& smoother) const;
 
  private:
+  void forget(ChainSmoother& smoother);
+
   double sigma_, sigma_elsewhere_;
   std::optional<size_t> variable_;
   std::string source_;
+  bool up_to_scale_ = false;
   bool elsewhere_ = false;
 };
 

@@ -2,6 +2,7 @@
 // keyframes, adjustment. Owns the map.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
@@ -37,8 +38,11 @@ class Mapping {
                    std::span<const ObjectMeasurement> objects);
 
   bool isMetric() const { return scale_.begun(); }
-  // Relative, of all lengths, after a start without scale; 0 when it is known.
-  double scaleSigma() const { return scale_.sigma(); }
+  // Relative, of all lengths, since objects tell the scale of a start without it; 0 when it is
+  // known, nothing before.
+  std::optional<double> scaleSigma() const {
+    return isMetric() ? std::optional(scale_.sigma()) : std::nullopt;
+  }
   bool wantsObjects(int64_t now_ns) const { return scale_.wantsObjects(now_ns); }
 
  private:

@@ -14,14 +14,15 @@ void MotionReport::begin(int64_t timestamp_ns, const SE3& T_world_camera) {
 }
 
 OdometryMeasurement MotionReport::step(const TrackedFrame& last, const TrackedFrame& now,
-                                       const Matrix6d& hessian, double scale_sigma) {
+                                       const Matrix6d& hessian, std::optional<double> scale_sigma) {
   OdometryMeasurement m{source_, last.timestamp_ns, now.timestamp_ns,
                         T_world_reported_.inverse() * now.T_world_camera};
   m.covariance = stepCovariance(last, now, hessian, options_);
   const Vector6d correction =
       adjoint(now.T_world_camera.inverse() * last.T_world_camera) * correction_;
   m.covariance += correction * correction.transpose();
-  m.covariance += vague_scale_.add(m.T_from_to, scale_sigma);
+  m.up_to_scale = !scale_sigma;
+  if (scale_sigma) m.covariance += vague_scale_.add(m.T_from_to, *scale_sigma);
   const double ground_sigma = std::sqrt(now.scale_variance);
   if (ground_sigma < options_.scale_sigma) vague_ground_.begin();  // it is known well enough
   m.covariance += vague_ground_.add(m.T_from_to, ground_sigma);

@@ -2,6 +2,7 @@
 // though the map is corrected between them.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/measurements.h"
@@ -20,9 +21,10 @@ class MotionReport {
   // In a new map.
   void begin(int64_t timestamp_ns, const SE3& T_world_camera);
   // From the last frame with a pose; `hessian` is that of the pose, `scale_sigma` the relative one
-  // of all lengths, beside which those of what the frame sees may be vague. Of full health.
+  // of all lengths, nothing when they mean nothing yet; those of what the frame sees may be vague
+  // beside. Of full health.
   OdometryMeasurement step(const TrackedFrame& last, const TrackedFrame& now,
-                           const Matrix6d& hessian, double scale_sigma);
+                           const Matrix6d& hessian, std::optional<double> scale_sigma);
   // The camera is taken to go on as it did. Of no health.
   OdometryMeasurement coast(int64_t timestamp_ns, const MotionModel& motion);
   // The map was, and with it the pose that was reported last.

@@ -20,7 +20,13 @@ Matrix6d symmetric(Numbers& numbers) {
 }
 
 OdometryMeasurement odometry(Numbers& numbers) {
-  return {"simulated", 100, 33'433'333, numbers.pose(1), symmetric(numbers), numbers.uniform(0, 1)};
+  return {"simulated",
+          100,
+          33'433'333,
+          numbers.pose(1),
+          symmetric(numbers),
+          numbers.uniform(0, 1),
+          numbers.uniform(0, 1) < 0.5};
 }
 
 ObjectMeasurement object(Numbers& numbers) {
@@ -43,6 +49,30 @@ TEST(Measurements, RoundTripToTheLastDigit) {
   EXPECT_EQ(back.objects[0].object, "carton");
   EXPECT_TRUE(back.objects[0].claimed);
   EXPECT_EQ(Matrix6d(back.objects[0].covariance.transpose()), back.objects[0].covariance);
+}
+
+TEST(Measurements, OdometryUpToScaleIsNamed) {
+  OdometryMeasurement m;
+  m.source = "vo";
+  m.to_ns = 5;
+  m.T_from_to = {expSO3({0, 0.3, 0}), {0.2, 0, 0.1}};
+  m.covariance *= 1e-6;
+  EXPECT_THAT(toCsv(m), HasSubstr(",odometry,camera,"));
+  EXPECT_EQ(m.covarianceWithScale(), m.covariance);
+  m.up_to_scale = true;
+  TemporaryFolder folder;
+  const auto file = folder.write("m.csv", measurementsHeader() + toCsv(m));
+  EXPECT_TRUE(readMeasurements(file).odometry[0].up_to_scale);
+  // Twice as long is one sigma off, and half a step aside is far off.
+  SE3 longer = m.T_from_to, aside = m.T_from_to;
+  longer.translation *= 2;
+  aside.translation.y() += 0.1;
+  const auto squaredDistance = [&](const SE3& T) {
+    const Vector6d e = log(m.T_from_to.inverse() * T);
+    return e.dot(m.covarianceWithScale().llt().solve(e));
+  };
+  EXPECT_NEAR(squaredDistance(longer), 1, 1e-3);
+  EXPECT_GT(squaredDistance(aside), 1e3);
 }
 
 TEST(Measurements, HeaderHasTheColumnsOfTheContract) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/mapper/synthetic_graph.h"
@@ -106,8 +107,12 @@ class OdometryScaleVariable : public ::testing::Test {
  protected:
   OdometryScaleVariable() : smoother({}, {}, {}) { smoother.start(0); }
 
-  std::optional<size_t> step(const std::string& source, bool elsewhere, bool anew = false) {
-    const std::optional<size_t> variable = scale.next(smoother, source, elsewhere, anew);
+  std::optional<size_t> step(const std::string& source, bool elsewhere, bool anew = false,
+                             bool up_to_scale = false) {
+    OdometryMeasurement measurement;
+    measurement.source = source;
+    measurement.up_to_scale = up_to_scale;
+    const std::optional<size_t> variable = scale.next(smoother, measurement, elsewhere, anew);
     OdometryFactor factor{{Eigen::Quaterniond::Identity(), {0.01, 0, 0}},
                           Whitening(1e4 * Matrix6d::Identity())};
     factor.scale = variable;
@@ -147,6 +152,46 @@ TEST_F(OdometryScaleVariable, IsNoneWhereTheScaleIsKnown) {
   EXPECT_FALSE(step("vo", true));
   EXPECT_EQ(smoother.objectCount(), 0u);
   EXPECT_EQ(scale.estimate(smoother).s, 0);
+}
+
+TEST_F(OdometryScaleVariable, IsItsOwnWhileNothingIsKnownOfIt) {
+  const std::optional<size_t> unknown = step("vo", false, false, true);
+  EXPECT_EQ(step("vo", true, false, true), unknown);
+  EXPECT_NEAR(scale.estimate(smoother).sigma, 1, 1e-6);
+  const std::optional<size_t> known = step("vo", false);
+  EXPECT_NE(known, unknown);
+  EXPECT_NEAR(scale.estimate(smoother).sigma, 0.01, 1e-6);
+  EXPECT_FALSE(smoother.isActive(*unknown));
+  // Also where a scale is trusted once it is known.
+  scale = OdometryScale(0, 0.05);
+  EXPECT_TRUE(step("vo", false, false, true));
+  EXPECT_FALSE(step("vo", false));
+}
+
+// An object comes into view late: all that was measured before is as long as it was, and the map
+// stays where it is.
+TEST(OdometryScaleInTheMap, IsLearntOfAWayThatWasMeasuredUpToScale) {
+  constexpr size_t kSeen = 120, kKnown = 170;
+  SyntheticGraph graph = makeGraph({.poses = 400, .object_sigma_m = 1e-3}, 5);
+  for (size_t k = 0; k < kKnown; ++k) {
+    graph.odometry[k].T_from_to.translation *= 1.4;
+    graph.odometry[k].up_to_scale = true;
+  }
+  Mapper mapper(withScale(0.003));
+  double worst_m = 0;
+  for (size_t k = 0; k < graph.truth.poses.size(); ++k) {
+    if (k < kSeen) graph.observations[k].clear();
+    feed(mapper, graph, k);
+    if (k > kKnown)
+      worst_m = std::max(
+          worst_m,
+          (mapper.estimate().T_world_camera.translation - graph.camera(k).translation).norm());
+  }
+  EXPECT_LT(worst_m, 0.02);
+  mapper.finish();
+  const Trajectory way = mapper.smoothedTrajectory();
+  for (size_t k = 0; k < way.poses.size(); ++k)
+    EXPECT_LT((way.poses[k].pose.translation - graph.camera(k).translation).norm(), 0.02) << k;
 }
 
 // Only the odometry that is named has a map: the steps of another one are lengths.

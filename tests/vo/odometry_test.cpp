@@ -80,7 +80,8 @@ struct Driver {
   double lengthSigma() const {
     const Vector3d rho = step->T_from_to.rotation.conjugate() * step->T_from_to.translation;
     const Vector3d along = rho.normalized();
-    return std::sqrt(along.dot(step->covariance.topLeftCorner<3, 3>() * along)) / rho.norm();
+    return std::sqrt(along.dot(step->covarianceWithScale().topLeftCorner<3, 3>() * along)) /
+           rho.norm();
   }
 };
 
@@ -197,6 +198,7 @@ TEST(VisualOdometry, WithoutObjectsTheScaleIsUnknownAndItSaysSo) {
   EXPECT_TRUE(driver.odometry.wantsObjects());
   EXPECT_EQ(driver.count("lost"), 0);
   // Nor may a graph believe in the lengths, or it turns away objects that are seen later.
+  EXPECT_TRUE(driver.step->up_to_scale);
   EXPECT_GE(driver.lengthSigma(), 1);
   EXPECT_LE(driver.step->health, 0.5);
   const auto next = [&] { return room().draw(TexturedRoom::path(k), k); };
@@ -204,6 +206,7 @@ TEST(VisualOdometry, WithoutObjectsTheScaleIsUnknownAndItSaysSo) {
   ASSERT_EQ(driver.count("reinitialised"), 1);
   // Its first steps carry the map's correction, too.
   for (const int end = k + 5; k < end; ++k) driver.feed(next());
+  EXPECT_FALSE(driver.step->up_to_scale);
   EXPECT_LT(driver.lengthSigma(), 0.5);
 }
 
