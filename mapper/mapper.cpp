@@ -92,7 +92,10 @@ class Mapper::Impl {
       smoother_.addPose(measurement.to_ns, *result.factor);
       anchor_.addStep(smoother_, measurement, has_map && !up_to_scale && looksAtLandmark(),
                       scale_.estimate(smoother_));
-      watch_.addStep(measurement);
+      if (up_to_scale)  // no way to tell what moves
+        watch_.breakOff(measurement.to_ns);
+      else
+        watch_.addStep(measurement);
     }
     if (gap_) smoother_.release(gap_->anchor);
     gap_.reset();

@@ -39,7 +39,7 @@ void MotionWatch::addStep(const OdometryMeasurement& step) {
   Camera next = path_.back();
   next.timestamp_ns = step.to_ns;
   next.T_world_camera = next.T_world_camera * step.T_from_to;
-  next.variance_m2 += trace(step.covarianceWithScale(), 0);
+  next.variance_m2 += trace(step.covariance, 0);
   next.variance_rad2 += trace(step.covariance, 3);
   path_.push_back(next);
   const double kept_s = std::max(options_.window_s, options_.rest_s);

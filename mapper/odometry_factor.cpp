@@ -11,7 +11,10 @@ namespace diorama {
 OdometryFactorResult makeOdometryFactor(const OdometryMeasurement& m, double sigma_scale) {
   if (!(m.health > 0)) return {std::nullopt, "no measurement (health 0)"};
   if (!isUnitPose(m.T_from_to)) return {std::nullopt, "the pose is not finite, or no rotation"};
-  const std::optional<Whitening> W = whitening(sigma_scale * sigma_scale * m.covariance);
+  Vector6d widths = Vector6d::Constant(sigma_scale);
+  if (m.up_to_scale) widths.head<3>() *= std::exp(kUnknownScale);
+  const std::optional<Whitening> W =
+      whitening(widths.asDiagonal() * m.covariance * widths.asDiagonal());
   if (!W) return {std::nullopt, "the covariance is not finite or not positive definite"};
   return {OdometryFactor{m.T_from_to, *W}, ""};
 }

@@ -21,6 +21,10 @@ struct OdometryFactor {
 // The motion when lengths are e^s times as long.
 SE3 scaled(const SE3& Z, double s);
 
+// Of an odometry that does not know its scale: one sigma of s, half as long or twice. Errors of its
+// steps are as much larger.
+constexpr double kUnknownScale = 1;
+
 // The factor of a measurement, or why there is none.
 struct OdometryFactorResult {
   std::optional<OdometryFactor> factor;

@@ -3,12 +3,6 @@
 #include <cmath>
 
 namespace diorama {
-namespace {
-
-constexpr double kUnknown = 1;  // of the logarithm: half as long, or twice
-
-}  // namespace
-
 std::optional<size_t> OdometryScale::next(ChainSmoother& smoother, const OdometryMeasurement& step,
                                           bool elsewhere, bool anew) {
   if (sigma_ <= 0 && !step.up_to_scale) {
@@ -20,7 +14,9 @@ std::optional<size_t> OdometryScale::next(ChainSmoother& smoother, const Odometr
       !variable_ || anew || step.source != source_ || step.up_to_scale != up_to_scale_;
   if (other || (away && !elsewhere_)) {
     forget(smoother);
-    variable_ = smoother.addScale(step.up_to_scale ? kUnknown : other ? sigma_ : sigma_elsewhere_);
+    variable_ = smoother.addScale(step.up_to_scale ? kUnknownScale
+                                  : other          ? sigma_
+                                                   : sigma_elsewhere_);
     source_ = step.source;
     up_to_scale_ = step.up_to_scale;
   }
