@@ -150,18 +150,22 @@ std::vector<SE3> Initialisation::motionsOfObjects(
   return motions;
 }
 
-// Corners whose rays meet in front of both cameras.
-int Initialisation::countPoints(const SE3& T_first_second) const {
-  const SE3 T_second_first = T_first_second.inverse();
+// In the first camera, when its rays meet in front of both.
+std::optional<Vector3d> Initialisation::meetingPoint(const FollowedCorner& corner,
+                                                     const SE3& T_second_first) const {
+  const auto bearing = camera_.unproject(corner.u_px);
+  const auto point =
+      bearing ? triangulate(T_second_first, corner.bearing_first, *bearing) : std::nullopt;
   const double focal = 0.5 * (camera_.fx() + camera_.fy());
-  int count = 0;
-  for (const FollowedCorner& c : corners_) {
-    const auto bearing = camera_.unproject(c.u_px);
-    const auto point =
-        bearing ? triangulate(T_second_first, c.bearing_first, *bearing) : std::nullopt;
-    count += point && point->error * focal < kRayGapPx;
-  }
-  return count;
+  if (!point || point->error * focal > kRayGapPx) return std::nullopt;
+  return corner.bearing_first / point->inverse_depth;
+}
+
+std::ptrdiff_t Initialisation::countPoints(const SE3& T_first_second) const {
+  const SE3 T_second_first = T_first_second.inverse();
+  return std::count_if(corners_.begin(), corners_.end(), [&](const FollowedCorner& corner) {
+    return meetingPoint(corner, T_second_first).has_value();
+  });
 }
 
 // Each object seen in both frames tells a motion by itself, and the length of the one that the
@@ -188,9 +192,9 @@ std::optional<SE3> Initialisation::metricMotion(std::span<const ObjectMeasuremen
     motions.push_back({from_corners->rotation, t});
   }
   std::optional<SE3> best;
-  int most = -1;
+  std::ptrdiff_t most = -1;
   for (const SE3& motion : motions)
-    if (const int count = countPoints(motion); count > most) {
+    if (const std::ptrdiff_t count = countPoints(motion); count > most) {
       most = count;
       best = motion;
     }
@@ -237,16 +241,11 @@ void normaliseDepth(Map& map) {
 std::vector<Initialisation::StartPoint> Initialisation::addPoints(const SE3& T_first_second,
                                                                   Keyframe& first, Map& map) const {
   const SE3 T_second_first = T_first_second.inverse();
-  const double focal = 0.5 * (camera_.fx() + camera_.fy());
   std::vector<StartPoint> added;
-  for (const FollowedCorner& c : corners_) {
-    const auto bearing = camera_.unproject(c.u_px);
-    const auto point =
-        bearing ? triangulate(T_second_first, c.bearing_first, *bearing) : std::nullopt;
-    if (!point || point->error * focal > kRayGapPx) continue;
-    added.push_back({&c, &map.addPoint(first, c.bearing_first / point->inverse_depth,
-                                       hostMeasurement(c.u_first_px, c.level, options_))});
-  }
+  for (const FollowedCorner& c : corners_)
+    if (const auto p_first = meetingPoint(c, T_second_first))
+      added.push_back(
+          {&c, &map.addPoint(first, *p_first, hostMeasurement(c.u_first_px, c.level, options_))});
   return added;
 }
 

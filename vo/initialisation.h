@@ -78,7 +78,9 @@ class Initialisation {
   double medianDisparity(const Eigen::Quaterniond& R_second_first) const;
   int fewestPoints() const;
   bool hasParallax(std::span<const ObjectMeasurement> objects) const;
-  int countPoints(const SE3& T_first_second) const;
+  std::optional<Vector3d> meetingPoint(const FollowedCorner& corner,
+                                       const SE3& T_second_first) const;
+  std::ptrdiff_t countPoints(const SE3& T_first_second) const;
   std::optional<SE3> motionFromCorners() const;
   std::optional<SE3> metricMotion(std::span<const ObjectMeasurement> objects,
                                   const std::optional<SE3>& from_corners,
