@@ -2,52 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/calib3d.hpp>
 
-#include "vo/bundle_adjustment.h"
 #include "vo/corners.h"
-#include "vo/epipolar_search.h"
 #include "vo/feature_alignment.h"
 #include "vo/object_scale.h"
 #include "vo/reprojection.h"
-#include "vo/start_trial.h"
 
 namespace diorama::vo {
 namespace {
 
-constexpr int kCoarsest = 3;     // pyramid level from which corners are followed
-constexpr double kReachPx = 8;   // of a corner from frame to frame, at each level
-constexpr double kRayGapPx = 4;  // between two rays that meet in a point; poses are not exact yet
+constexpr int kCoarsest = 3;         // pyramid level from which corners are followed
+constexpr double kReachPx = 8;       // of a corner from frame to frame, at each level
 constexpr double kWorstScale = 0.2;  // relative sigma of a baseline that is of any use
 constexpr int kCorners = 300;        // more than features, since some will be lost
 // Small images have few cells, and never more features: this share of them is enough.
 constexpr double kFewestOfCells = 0.25;
 constexpr double kBetween =
     0.2;  // of the disparity that starts, from one frame between to the next
-constexpr size_t kMostBetween = 4;
-constexpr size_t kSeveralFrames = 4;
-constexpr double kCloselyPx = 0.5;  // at the corner's level, rms
-constexpr double kFewestAgreeThroughout = 0.3;
-
-// Px at the levels where it was seen.
-double reprojectionRms(const Camera& camera, const MapPoint& point) {
-  double sum = 0;
-  for (const Observation& o : point.observations) {
-    const auto u = camera.project(o.keyframe->T_world_camera.inverse() * point.p_world);
-    if (!u) return std::numeric_limits<double>::infinity();
-    sum += std::pow(o.errorPx(o.u_px - *u), 2);
-  }
-  return std::sqrt(sum / static_cast<double>(point.observations.size()));
-}
-
-// Whether the keyframes are where the objects have them.
-bool objectsAgree(const Map& map) {
-  return std::all_of(map.keyframes.begin(), map.keyframes.end(), [&](const auto& keyframe) {
-    const auto d = discrepancy(map, *keyframe);
-    return !d || !contradicts(*d);
-  });
-}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -58,12 +30,12 @@ double median(std::vector<double> values) {
 }  // namespace
 
 void Initialisation::begin(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects) {
-  first_ = frame;
-  first_.T_world_camera = SE3{};
-  first_.features.clear();
-  objects_.assign(objects.begin(), objects.end());
-  corners_.clear();
-  between_.clear();
+  followed_.first = frame;
+  followed_.first.T_world_camera = SE3{};
+  followed_.first.features.clear();
+  followed_.objects.assign(objects.begin(), objects.end());
+  followed_.corners.clear();
+  followed_.between.clear();
   contradicted_ = false;
   frames_ = 0;
   const CellGrid grid(camera_.width(), camera_.height(), options_.cell_px);
@@ -76,7 +48,7 @@ void Initialisation::begin(const TrackedFrame& frame, std::span<const ObjectMeas
     for (int l = corner.level; l <= std::min(kCoarsest, frame.pyramid->levels() - 1); ++l)
       if (const auto patch = cutPatch(*frame.pyramid, corner.u_px, l))
         followed.patches.push_back(*patch);
-    if (!followed.patches.empty()) corners_.push_back(std::move(followed));
+    if (!followed.patches.empty()) followed_.corners.push_back(std::move(followed));
   }
 }
 
@@ -88,18 +60,19 @@ bool Initialisation::followCorner(const ImagePyramid& pyramid, FollowedCorner& c
                                     toLevel(corner.u_px, patch.level), kReachPx, true);
     if (found) corner.measured = measuredBy(*found, patch.level, options_);
     if (found) corner.u_px = corner.measured.u_px;
-    if (i == 0) return found && found->rms <= 2 * largestPatchRms(first_.noise, options_);
+    if (i == 0) return found && found->rms <= 2 * largestPatchRms(followed_.first.noise, options_);
   }
   return false;
 }
 
 bool Initialisation::sawObject() const {
-  return std::any_of(objects_.begin(), objects_.end(), isUsable);
+  return std::any_of(followed_.objects.begin(), followed_.objects.end(), isUsable);
 }
 
 void Initialisation::follow(const TrackedFrame& frame) {
   ++frames_;
-  std::erase_if(corners_, [&](FollowedCorner& c) { return !followCorner(*frame.pyramid, c); });
+  std::erase_if(followed_.corners,
+                [&](FollowedCorner& c) { return !followCorner(*frame.pyramid, c); });
 }
 
 int Initialisation::fewestPoints() const {
@@ -109,7 +82,7 @@ int Initialisation::fewestPoints() const {
 }
 
 std::string Initialisation::hopeless() const {
-  if (static_cast<int>(corners_.size()) < fewestPoints())
+  if (static_cast<int>(followed_.corners.size()) < fewestPoints())
     return frames_ == 0 ? "the image has hardly a corner"
                         : "most corners of the first keyframe are lost";
   if (frames_ >= options_.start_window_frames) return "the camera has hardly moved sideways";
@@ -118,7 +91,7 @@ std::string Initialisation::hopeless() const {
 
 double Initialisation::medianDisparity(const Eigen::Quaterniond& R_second_first) const {
   std::vector<double> lengths;
-  for (const FollowedCorner& c : corners_)
+  for (const FollowedCorner& c : followed_.corners)
     if (const auto turned = camera_.project(R_second_first * c.bearing_first))
       lengths.push_back((c.u_px - *turned).norm());
   return lengths.empty() ? 0 : median(std::move(lengths));
@@ -135,37 +108,17 @@ bool Initialisation::hasParallax(std::span<const ObjectMeasurement> objects) con
   const double enough_px = parallax_ * options_.start_disparity_px;
   if (motionInImage() >= enough_px) return true;
   if (motionInImage() < kSmallestMotion * enough_px) return false;
-  for (const SE3& motion : motionsOfObjects(objects))
+  for (const SE3& motion : motionsOfObjects(followed_.objects, objects))
     if (medianDisparity(motion.rotation.conjugate()) >= enough_px) return true;
   return false;
 }
 
-std::vector<SE3> Initialisation::motionsOfObjects(
-    std::span<const ObjectMeasurement> objects) const {
-  std::vector<SE3> motions;
-  for (const ObjectMeasurement& now : objects)
-    for (const ObjectMeasurement& then : objects_)
-      if (now.object == then.object && isUsable(now) && isUsable(then))
-        motions.push_back(then.T_camera_object * now.T_camera_object.inverse());
-  return motions;
-}
-
-// In the first camera, when its rays meet in front of both.
-std::optional<Vector3d> Initialisation::meetingPoint(const FollowedCorner& corner,
-                                                     const SE3& T_second_first) const {
-  const auto bearing = camera_.unproject(corner.u_px);
-  const auto point =
-      bearing ? triangulate(T_second_first, corner.bearing_first, *bearing) : std::nullopt;
-  const double focal = 0.5 * (camera_.fx() + camera_.fy());
-  if (!point || point->error * focal > kRayGapPx) return std::nullopt;
-  return corner.bearing_first / point->inverse_depth;
-}
-
 std::ptrdiff_t Initialisation::countPoints(const SE3& T_first_second) const {
   const SE3 T_second_first = T_first_second.inverse();
-  return std::count_if(corners_.begin(), corners_.end(), [&](const FollowedCorner& corner) {
-    return meetingPoint(corner, T_second_first).has_value();
-  });
+  return std::count_if(followed_.corners.begin(), followed_.corners.end(),
+                       [&](const FollowedCorner& corner) {
+                         return meetingPoint(camera_, corner, T_second_first).has_value();
+                       });
 }
 
 // Each object seen in both frames tells a motion by itself, and the length of the one that the
@@ -173,10 +126,10 @@ std::ptrdiff_t Initialisation::countPoints(const SE3& T_first_second) const {
 std::optional<SE3> Initialisation::metricMotion(std::span<const ObjectMeasurement> objects,
                                                 const std::optional<SE3>& from_corners,
                                                 std::string& source) const {
-  std::vector<SE3> motions = motionsOfObjects(objects);
+  std::vector<SE3> motions = motionsOfObjects(followed_.objects, objects);
   double length = 0, weights = 0;
   for (const ObjectMeasurement& now : objects)
-    for (const ObjectMeasurement& then : objects_) {
+    for (const ObjectMeasurement& then : followed_.objects) {
       if (now.object != then.object || !isUsable(now) || !isUsable(then)) continue;
       source += (source.empty() ? "" : ", ") + now.object;
       if (!from_corners) continue;
@@ -204,7 +157,7 @@ std::optional<SE3> Initialisation::metricMotion(std::span<const ObjectMeasuremen
 // Five points in RANSAC (Nister 2004); the length of the baseline is arbitrary.
 std::optional<SE3> Initialisation::motionFromCorners() const {
   std::vector<cv::Point2d> first, second;
-  for (const FollowedCorner& c : corners_) {
+  for (const FollowedCorner& c : followed_.corners) {
     const auto bearing = camera_.unproject(c.u_px);
     if (!bearing) continue;
     first.emplace_back(c.bearing_first.x(), c.bearing_first.y());
@@ -238,108 +191,16 @@ void normaliseDepth(Map& map) {
 
 }  // namespace
 
-std::vector<Initialisation::StartPoint> Initialisation::addPoints(const SE3& T_first_second,
-                                                                  Keyframe& first, Map& map) const {
-  const SE3 T_second_first = T_first_second.inverse();
-  std::vector<StartPoint> added;
-  for (const FollowedCorner& c : corners_)
-    if (const auto p_first = meetingPoint(c, T_second_first))
-      added.push_back(
-          {&c, &map.addPoint(first, *p_first, hostMeasurement(c.u_first_px, c.level, options_))});
-  return added;
-}
-
-// Of those that objects tell, that under which most points are seen where their corners were.
-std::optional<SE3> Initialisation::poseBetween(size_t k, std::span<const StartPoint> points) const {
-  std::optional<SE3> best;
-  std::ptrdiff_t most = -1;
-  for (const SE3& T_first_k : motionsOfObjects(between_[k].objects)) {
-    const SE3 T_k_first = T_first_k.inverse();
-    const auto agree = std::count_if(points.begin(), points.end(), [&](const StartPoint& p) {
-      const auto u = camera_.project(T_k_first * p.point->p_world);
-      return u && (*u - p.corner->between[k].u_px).norm() < kRayGapPx;
-    });
-    if (agree <= most) continue;
-    most = agree;
-    best = T_first_k;
-  }
-  return best;
-}
-
-void Initialisation::fillMap(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects,
-                             const SE3& T_first_second, bool with_between, Map& map) const {
-  Keyframe& first = map.addKeyframe(first_);
-  attachObjects(map, first, objects_, options_);
-  const std::vector<StartPoint> points = addPoints(T_first_second, first, map);
-  const auto add = [&](TrackedFrame keyframe, const SE3& T_world_camera, const auto& measured,
-                       std::span<const ObjectMeasurement> seen) {
-    keyframe.T_world_camera = T_world_camera;
-    keyframe.features.clear();
-    for (const StartPoint& p : points) keyframe.features.push_back({measured(*p.corner), p.point});
-    attachObjects(map, map.addKeyframe(keyframe), seen, options_);
-  };
-  const size_t count = with_between ? std::min(between_.size(), kMostBetween) : 0;
-  for (size_t i = 0; i < count; ++i) {
-    const size_t k = i * between_.size() / count;
-    const auto measured = [k](const FollowedCorner& c) { return c.between[k]; };
-    if (const auto T_first_k = poseBetween(k, points))
-      add(between_[k].frame, *T_first_k, measured, between_[k].objects);
-  }
-  add(
-      frame, T_first_second, [](const FollowedCorner& c) { return c.measured; }, objects);
-}
-
-// Twice, for then they are measured again by patches warped with the better poses.
-void Initialisation::adjust(bool metric, Map& map) const {
-  constexpr int kIterations = 20;
-  const int window = static_cast<int>(map.keyframes.size());
-  adjustBundle(camera_, map, {window, kIterations, metric}, options_);
-  map.removeBadPoints();
-  for (const auto& point : map.points) point->observations.resize(1);
-  for (size_t i = 1; i < map.keyframes.size(); ++i) {
-    Keyframe& keyframe = *map.keyframes[i];
-    measureAll(camera_, map, keyframe, options_);
-    for (const Feature& feature : keyframe.features)
-      feature.point->observations.push_back({feature, &keyframe});
-  }
-  adjustBundle(camera_, map, {window, kIterations, metric}, options_);
-  map.removeBadPoints();
-}
-
-bool Initialisation::mostAgree(const Map& map) const {
-  return static_cast<double>(map.keyframes.back()->features.size()) >=
-         kFewestAgree * static_cast<double>(corners_.size());
-}
-
-// Corners that are not on objects and agree with their motion over several frames, closely, are of
-// the world that the objects rest in, though there be fewer: the others are on what moves.
-bool Initialisation::enoughAgreeThroughout(const Map& map) const {
-  if (map.keyframes.size() < kSeveralFrames || !surfaces_.know(objects_)) return false;
-  const auto isOff = [&](const Vector2d& u_px, int level) {
-    return !surfaces_.touch(camera_, u_px, level, objects_);
-  };
-  const auto agree = std::count_if(map.points.begin(), map.points.end(), [&](const auto& point) {
-    const Observation& first = point->observations.front();
-    return point->observations.size() >= kSeveralFrames && isOff(first.u_px, first.level) &&
-           reprojectionRms(camera_, *point) < kCloselyPx;
-  });
-  const auto off = std::count_if(corners_.begin(), corners_.end(), [&](const FollowedCorner& c) {
-    return isOff(c.u_first_px, c.level);
-  });
-  return agree >= fewestPoints() &&
-         static_cast<double>(agree) >= kFewestAgreeThroughout * static_cast<double>(off);
-}
-
 // Frames far enough from one another in the image to say something.
 void Initialisation::keepBetween(const TrackedFrame& frame,
                                  std::span<const ObjectMeasurement> objects) {
-  if (corners_.empty() || motionsOfObjects(objects).empty()) return;
+  if (followed_.corners.empty() || motionsOfObjects(followed_.objects, objects).empty()) return;
   std::vector<double> lengths;
-  for (const FollowedCorner& c : corners_)
+  for (const FollowedCorner& c : followed_.corners)
     lengths.push_back((c.u_px - (c.between.empty() ? c.u_first_px : c.between.back().u_px)).norm());
   if (median(std::move(lengths)) < kBetween * options_.start_disparity_px) return;
-  between_.push_back({frame, {objects.begin(), objects.end()}});
-  for (FollowedCorner& c : corners_) c.between.push_back(c.measured);
+  followed_.between.push_back({frame, {objects.begin(), objects.end()}});
+  for (FollowedCorner& c : followed_.corners) c.between.push_back(c.measured);
 }
 
 StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
@@ -349,7 +210,7 @@ StartAttempt Initialisation::tryStart(const TrackedFrame& frame,
   if (!hopeless().empty() || frames_ == 0) return attempt;
   if (hasParallax(objects)) {
     attempt = startFrom(frame, objects, without_scale, false, map);
-    if (!attempt.started && !between_.empty()) {
+    if (!attempt.started && !followed_.between.empty()) {
       const StartAttempt again = startFrom(frame, objects, without_scale, true, map);
       if (again.started) attempt = again;
     }
@@ -372,7 +233,8 @@ StartAttempt Initialisation::startFrom(const TrackedFrame& frame,
         without_scale ? "no motion explains the corners" : "no object was seen in both keyframes";
     return attempt;
   }
-  fillMap(frame, objects, *motion, with_between && attempt.metric, map);
+  fillMap(camera_, followed_, frame, objects, *motion, with_between && attempt.metric, options_,
+          map);
   const Keyframe& second = *map.keyframes.back();
   const auto fail = [&](const std::string& reason) {
     map.clear();
@@ -385,10 +247,13 @@ StartAttempt Initialisation::startFrom(const TrackedFrame& frame,
       options_.start_baseline_rad * depthRange(second).median_m)
     return fail("the camera has hardly moved sideways");
   if (!attempt.metric) normaliseDepth(map);
-  adjust(attempt.metric, map);
+  adjustMap(camera_, attempt.metric, options_, map);
   attempt.points = static_cast<int>(second.features.size());
   if (attempt.points < fewestPoints()) return fail("too few points are seen twice");
-  if (with_between ? !enoughAgreeThroughout(map) : !mostAgree(map))
+  const bool most_agree =
+      attempt.points >= kFewestAgree * static_cast<double>(followed_.corners.size());
+  if (with_between ? !enoughAgreeThroughout(camera_, followed_, surfaces_, fewestPoints(), map)
+                   : !most_agree)
     return fail("many corners do not move as the camera's motion says; does the object move?");
   if (attempt.metric && !objectsAgree(map)) {
     contradicted_ = true;

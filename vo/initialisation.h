@@ -10,26 +10,10 @@
 #include "core/measurements.h"
 #include "vo/map.h"
 #include "vo/object_surfaces.h"
-#include "vo/patch.h"
+#include "vo/start_map.h"
 #include "vo/vo_options.h"
 
 namespace diorama::vo {
-
-// A corner of the first keyframe and where it is now.
-struct FollowedCorner {
-  Vector2d u_first_px, u_px;
-  Vector3d bearing_first;  // z = 1
-  int level = 0;
-  Measured measured;              // u_px as a measurement
-  std::vector<Measured> between;  // in the frames between
-  std::vector<Patch> patches;     // one per level from the corner's own upwards
-};
-
-// One of the frames between the first keyframe and the second one.
-struct FrameBetween {
-  TrackedFrame frame;
-  std::vector<ObjectMeasurement> objects;
-};
 
 // Of the followed corners, in the first points: an object that moves itself takes its own along.
 constexpr double kFewestAgree = 0.6;
@@ -51,7 +35,7 @@ class Initialisation {
 
   // Takes this frame as the first keyframe.
   void begin(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
-  bool begun() const { return first_.pyramid != nullptr; }
+  bool begun() const { return followed_.first.pyramid != nullptr; }
   bool sawObject() const;  // in the first keyframe
   // Finds the corners in the next frame.
   void follow(const TrackedFrame& frame);
@@ -62,51 +46,33 @@ class Initialisation {
                         bool without_scale, Map& map);
   // Why this first keyframe leads nowhere; empty while there is hope.
   std::string hopeless() const;
-  void clear() { first_ = {}; }
+  void clear() { followed_ = {}; }
   // A start with so much parallax was wrong: the next one waits for more.
   void askForMore() { parallax_ = std::min(2 * parallax_, kMostParallax); }
   void askForLess() { parallax_ = 1; }  // there was not so much
 
-  const std::vector<FollowedCorner>& corners() const { return corners_; }
+  const FollowedCorners& followed() const { return followed_; }
   // The median, of the corners from the first keyframe to the last frame, px.
   double motionInImage() const;
-  // The camera's, T_first_now, as each object tells it.
-  std::vector<SE3> motionsOfObjects(std::span<const ObjectMeasurement> objects) const;
 
  private:
   bool followCorner(const ImagePyramid& pyramid, FollowedCorner& corner) const;
   double medianDisparity(const Eigen::Quaterniond& R_second_first) const;
   int fewestPoints() const;
   bool hasParallax(std::span<const ObjectMeasurement> objects) const;
-  std::optional<Vector3d> meetingPoint(const FollowedCorner& corner,
-                                       const SE3& T_second_first) const;
   std::ptrdiff_t countPoints(const SE3& T_first_second) const;
   std::optional<SE3> motionFromCorners() const;
   std::optional<SE3> metricMotion(std::span<const ObjectMeasurement> objects,
                                   const std::optional<SE3>& from_corners,
                                   std::string& source) const;
-  struct StartPoint {
-    const FollowedCorner* corner;
-    MapPoint* point;
-  };
   StartAttempt startFrom(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects,
                          bool without_scale, bool with_between, Map& map);
   void keepBetween(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects);
-  std::optional<SE3> poseBetween(size_t k, std::span<const StartPoint> points) const;
-  std::vector<StartPoint> addPoints(const SE3& T_first_second, Keyframe& first, Map& map) const;
-  void fillMap(const TrackedFrame& frame, std::span<const ObjectMeasurement> objects,
-               const SE3& T_first_second, bool with_between, Map& map) const;
-  void adjust(bool metric, Map& map) const;
-  bool mostAgree(const Map& map) const;
-  bool enoughAgreeThroughout(const Map& map) const;
 
   const Camera& camera_;
   const VoOptions& options_;
   const ObjectSurfaces& surfaces_;
-  TrackedFrame first_;
-  std::vector<ObjectMeasurement> objects_;
-  std::vector<FollowedCorner> corners_;
-  std::vector<FrameBetween> between_;
+  FollowedCorners followed_;
   bool contradicted_ = false;  // by objects: the corners are not of the world
   int frames_ = 0;             // since the first keyframe
   double parallax_ = 1;        // that starts, over that of the options

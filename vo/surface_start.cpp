@@ -42,12 +42,12 @@ double distanceOf(std::span<const ObjectMeasurement> objects) {
 // which never do, are on any ray.
 bool movesAsObjectsSay(const Camera& camera, const Initialisation& initialisation,
                        std::span<const ObjectMeasurement> objects, const VoOptions& options) {
-  const std::vector<FollowedCorner>& corners = initialisation.corners();
+  const std::vector<FollowedCorner>& corners = initialisation.followed().corners;
   if (corners.size() < kFewestPoints ||
       initialisation.motionInImage() < kSmallestMotion * options.start_disparity_px)
     return false;
   const double farthest_m = options.start_baseline_rad * distanceOf(objects);
-  for (const SE3& T_first_now : initialisation.motionsOfObjects(objects)) {
+  for (const SE3& T_first_now : motionsOfObjects(initialisation.followed().objects, objects)) {
     if (T_first_now.translation.norm() > farthest_m) continue;
     const auto agree = std::count_if(corners.begin(), corners.end(), [&](const auto& corner) {
       return isOnRay(camera, corner, T_first_now.inverse());
